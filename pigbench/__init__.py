@@ -1,0 +1,1 @@
+"""Offline goal-conditioned RL on contact-rich manipulation: environments, agents, evaluation."""

@@ -1,0 +1,32 @@
+"""The one kind of error a user can mend, and the lookup that offers the nearest name.
+
+Every floor of the package may import this module; it imports none of them.
+"""
+
+import difflib
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+class UserError(Exception):
+    """Something the user gave is wrong. The message says what, and what would be right.
+
+    The command line prints it as one line and exits with status 2.
+    """
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> UserError:
+    """The error for a name that is none of `known`: nearest match first, then the whole list."""
+    known = sorted(known)
+    nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    suggestion = f"did you mean {nearest[0]!r}? " if nearest else ""
+    return UserError(f"unknown {kind} {name!r}: {suggestion}known are {', '.join(known)}")
+
+
+def lookup(kind: str, table: Mapping[str, T], name: str) -> T:
+    """`table[name]`, or the `unknown_name` error."""
+    if name not in table:
+        raise unknown_name(kind, name, table)
+    return table[name]
