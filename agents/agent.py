@@ -1,0 +1,64 @@
+"""What an agent is: a definition without state. Parameters come in and go out as pytrees."""
+
+import abc
+from collections.abc import Mapping
+from typing import Any, Generic, TypeVar
+
+import jax
+
+from pigbench.agents.batch import Batch, Sampling
+from pigbench.agents.config import AgentConfig
+
+Params = dict[str, Any]  # network name -> its parameters
+Metrics = dict[str, jax.Array]  # name -> scalar
+
+Config = TypeVar("Config", bound=AgentConfig)
+
+
+class Agent(abc.ABC, Generic[Config]):
+    """Networks, loss terms and goal mixture of one method, for one observation and action space.
+
+    `layout` names the slices of an observation, in order: an agent that treats some coordinates
+    apart finds them there by name. All methods are pure and work under `jit`, `vmap` and `scan`.
+    """
+
+    target_networks: tuple[str, ...] = ()
+    """The networks that have a slowly averaged copy, given to `loss` as `target_params`."""
+
+    def __init__(
+        self,
+        config: Config,
+        *,
+        observation_size: int,
+        action_size: int,
+        layout: Mapping[str, slice],
+    ) -> None:
+        self.config = config
+        self.observation_size = observation_size
+        self.action_size = action_size
+        self.layout = layout
+
+    @property
+    def sampling(self) -> Sampling:
+        """How this agent's batches are to be drawn."""
+        return Sampling(
+            value_goals=self.config.value_goals,
+            actor_goals=self.config.actor_goals,
+            discount=self.config.discount,
+        )
+
+    @abc.abstractmethod
+    def init(self, key: jax.Array) -> Params:
+        """Fresh parameters of every network that the optimiser trains."""
+
+    @abc.abstractmethod
+    def loss(
+        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
+    ) -> tuple[jax.Array, Metrics]:
+        """The scalar to minimise in `params`, and scalar metrics."""
+
+    @abc.abstractmethod
+    def act(
+        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+    ) -> jax.Array:
+        """The evaluation policy: (B, o) and (B, o) to actions (B, a) in [-1, 1]."""

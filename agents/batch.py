@@ -1,0 +1,57 @@
+"""What a training step sees: transitions with relabelled goals, and how they are drawn."""
+
+import math
+from dataclasses import dataclass
+
+import jax
+from flax import struct
+
+from pigbench.errors import UserError
+
+
+@dataclass(frozen=True)
+class GoalMixture:
+    """Where the goal of a transition comes from: three probabilities that sum to 1.
+
+    `current` is the transition's own first state, `future` a later state of its episode, `random`
+    any state of the data set. With `geometric`, the steps to a future goal are geometric with the
+    discount, clipped at the episode's end; otherwise uniform over the rest of the episode.
+
+    Raises `UserError` if a probability lies outside [0, 1] or the sum is not 1.
+    """
+
+    current: float
+    future: float
+    random: float
+    geometric: bool
+
+    def __post_init__(self) -> None:
+        shares = (self.current, self.future, self.random)
+        if not (all(0 <= share <= 1 for share in shares) and math.isclose(sum(shares), 1)):
+            raise UserError(
+                f"goal mixture (current, future, random) is {shares}: "
+                "it must be three probabilities that sum to 1"
+            )
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How an agent wants its batches drawn; `discount` sets the reach of geometric future goals."""
+
+    value_goals: GoalMixture
+    actor_goals: GoalMixture
+    discount: float
+
+
+@struct.dataclass
+class Batch:
+    """B transitions, with a goal each for the value and for the actor."""
+
+    observations: jax.Array  # (B, observation_size)
+    actions: jax.Array  # (B, action_size)
+    next_observations: jax.Array  # (B, observation_size)
+    value_goals: jax.Array  # (B, observation_size)
+    value_success: (
+        jax.Array
+    )  # (B,) float32: 1 where the first state is itself the value goal, else 0
+    actor_goals: jax.Array  # (B, observation_size)

@@ -1,0 +1,49 @@
+"""The fields that every agent's configuration has, and how a configuration rejects a bad value."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pigbench.agents.batch import GoalMixture
+from pigbench.errors import UserError
+
+VALUE_GOALS = GoalMixture(current=0.2, future=0.5, random=0.3, geometric=True)
+ACTOR_GOALS = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=False)
+
+
+def require(config: object, holds: Callable[[Any], bool], rule: str, *fields: str) -> None:
+    """Raise `UserError` naming the first of `fields` whose value does not satisfy `holds`."""
+    for field in fields:
+        value = getattr(config, field)
+        if not holds(value):
+            raise UserError(f"{field} is {value}: it must be {rule}")
+
+
+@dataclass(frozen=True)
+class AgentConfig:
+    """Hyper-parameters that all methods share; defaults are the paper's table.
+
+    Raises `UserError` if a value is out of range.
+    """
+
+    learning_rate: float = 3e-4
+    batch_size: int = 1024
+    actor_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)
+    value_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)
+    layer_norm: bool = True  # in the value networks only
+    discount: float = 0.999
+    target_rate: float = 0.005  # tau: the share of the online parameters in a target's update
+    value_goals: GoalMixture = VALUE_GOALS
+    actor_goals: GoalMixture = ACTOR_GOALS
+
+    def __post_init__(self) -> None:
+        require(self, lambda x: x > 0, "positive", "learning_rate", "batch_size")
+        require(self, lambda x: 0 < x < 1, "between 0 and 1, both excluded", "discount")
+        require(self, lambda x: 0 < x <= 1, "above 0 and at most 1", "target_rate")
+        require(
+            self,
+            lambda sizes: all(size > 0 for size in sizes),
+            "positive numbers",
+            "actor_hidden_sizes",
+            "value_hidden_sizes",
+        )

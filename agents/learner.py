@@ -1,0 +1,60 @@
+"""One gradient step of any agent: the only place with an optimiser and with target networks."""
+
+from typing import Any, cast
+
+import jax
+import jax.numpy as jnp
+import optax
+from flax import struct
+
+from pigbench.agents.agent import Agent, Metrics, Params
+from pigbench.agents.batch import Batch
+
+
+@struct.dataclass
+class TrainState:
+    """Everything that a training step changes."""
+
+    params: Params
+    target_params: Params  # of the agent's `target_networks` only
+    opt_state: optax.OptState
+    step: jax.Array  # () int32: updates done
+
+
+def create(agent: Agent[Any], key: jax.Array) -> TrainState:
+    """Fresh parameters, targets equal to them, and an optimiser at rest."""
+    params = agent.init(key)
+    # Copies: a state whose leaves share buffers could not be donated.
+    target_params = jax.tree.map(jnp.copy, _targeted(agent, params))
+    return TrainState(
+        params=params,
+        target_params=target_params,
+        opt_state=_optimizer(agent).init(params),
+        step=jnp.zeros((), jnp.int32),
+    )
+
+
+def update(
+    agent: Agent[Any], state: TrainState, batch: Batch, key: jax.Array
+) -> tuple[TrainState, Metrics]:
+    """One step of Adam on the agent's loss, then target <- (1 - tau) target + tau params.
+
+    Pure: the same arguments give the same state. `key` is for this step alone.
+    """
+    gradients, metrics = jax.grad(agent.loss, has_aux=True)(
+        state.params, state.target_params, batch, key
+    )
+    updates, opt_state = _optimizer(agent).update(gradients, state.opt_state)
+    params = cast(Params, optax.apply_updates(state.params, updates))
+    target_params = optax.incremental_update(
+        _targeted(agent, params), state.target_params, agent.config.target_rate
+    )
+    return TrainState(params, cast(Params, target_params), opt_state, state.step + 1), metrics
+
+
+def _optimizer(agent: Agent[Any]) -> optax.GradientTransformation:
+    return optax.adam(agent.config.learning_rate)
+
+
+def _targeted(agent: Agent[Any], params: Params) -> Params:
+    return {name: params[name] for name in agent.target_networks}

@@ -1,0 +1,188 @@
+"""The cube environment: move every cube to its target, as Brax's `Env` with Brax's `State`."""
+
+import contextlib
+import io
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+with contextlib.redirect_stdout(
+    io.StringIO()
+):  # mujoco-mjx prints when its optional warp is absent
+    from brax.envs.base import Env, State
+
+from pigbench.envs import control, kinematics, workspace
+from pigbench.envs.observation import Layout, cube_poses
+from pigbench.envs.physics import Physics, PhysicsState
+from pigbench.envs.rotations import yaw_quat
+from pigbench.envs.scene import CUBE_HALF_SIZE
+from pigbench.envs.tasks import Task
+
+SUCCESS_DISTANCE = 0.04  # metres between a cube and its target
+START_JITTER = 0.01  # metres by which start positions are shifted in x and y
+SETTLING_STEPS = 2  # random control steps before a goal scene is observed
+USER_TASK = 0  # task id of a scene the user gave; the tasks of the table count from 1
+
+
+@dataclass(frozen=True)
+class Spec:
+    """An environment's name, number of cubes and evaluation."""
+
+    name: str
+    num_cubes: int
+    episode_length: int  # control steps after which an evaluation episode has failed
+    tasks: tuple[Task, ...]
+
+
+class CubeEnv(Env):
+    """A UR5e that rearranges cubes.
+
+    Observation: see `layout`. Action (5,) in [-1, 1]: see `envs.control`. Reward 1 on success, else 0.
+    done: every cube lies within SUCCESS_DISTANCE of its target, or the simulation has diverged;
+    time limits are a wrapper's (`episode_length` is OGBench's).
+
+    state.info: goal (the goal's observation), target (num_cubes, 3), task (1-based id, or USER_TASK),
+    success and diverged (bool). All methods are for one environment: vmap them.
+    """
+
+    def __init__(self, spec: Spec, physics: Physics):
+        self.spec = spec
+        self.physics = physics
+        self.scene = physics.scene
+        self.layout = Layout(spec.num_cubes)
+        self._start = jnp.array([task.start_xyz for task in spec.tasks], jnp.float32)
+        self._goal = jnp.array([task.goal_xyz for task in spec.tasks], jnp.float32)
+
+    @property
+    def observation_size(self) -> int:
+        """Length of the observation."""
+        return self.layout.size
+
+    @property
+    def action_size(self) -> int:
+        """Length of the action."""
+        return control.ACTION_SIZE
+
+    @property
+    def backend(self) -> str:
+        """The physics engine's name."""
+        return self.physics.name
+
+    @property
+    def num_tasks(self) -> int:
+        """Number of evaluation tasks, whose ids are 1 to this."""
+        return len(self.spec.tasks)
+
+    @property
+    def episode_length(self) -> int:
+        """Control steps after which an evaluation episode has failed."""
+        return self.spec.episode_length
+
+    def reset(self, rng: jax.Array) -> State:
+        """Start one of the tasks, drawn at random."""
+        task_key, key = jax.random.split(rng)
+        return self.reset_task(key, jax.random.randint(task_key, (), 1, self.num_tasks + 1))
+
+    def reset_task(self, key: jax.Array, task: jax.Array | int) -> State:
+        """Start the task of that id: its cubes permuted at random, the start slightly shifted."""
+        order_key, key = jax.random.split(key)
+        order = jax.random.permutation(order_key, self.spec.num_cubes)
+        index = jnp.asarray(task, jnp.int32) - 1
+        state = self.reset_to(key, self._start[index][order], self._goal[index][order])
+        return state.replace(info=state.info | {"task": index + 1})
+
+    def reset_to(self, key: jax.Array, start: jax.Array, goal: jax.Array) -> State:
+        """Start with the cubes near `start` and their targets at `goal`, (num_cubes, 3) in metres.
+
+        As in OGBench, the goal's observation is that of the goal scene after two random steps, with
+        the arm at a random pose; start positions are shifted by up to 1 cm and turned at random.
+        """
+        goal_key, arm_key, jitter_key, yaw_key = jax.random.split(key, 4)
+        start, goal = jnp.asarray(start, jnp.float32), jnp.asarray(goal, jnp.float32)
+        goal_state = self._settled(goal_key, goal)
+        jitter = jax.random.uniform(
+            jitter_key, start[:, :2].shape, minval=-START_JITTER, maxval=START_JITTER
+        )
+        yaw = jax.random.uniform(yaw_key, (self.spec.num_cubes,), maxval=2 * jnp.pi)
+        physics_state = self._place(arm_key, start.at[:, :2].add(jitter), yaw)
+        return self._first(physics_state, self.observe(goal_state), goal)
+
+    def random_scene(self, key: jax.Array) -> PhysicsState:
+        """A scene with no task, as data collection begins: cubes at random on the table."""
+        arm_key, cube_key, yaw_key = jax.random.split(key, 3)
+        xy = workspace.CUBE.sample(cube_key, (self.spec.num_cubes,))
+        height = jnp.full((self.spec.num_cubes, 1), CUBE_HALF_SIZE)
+        yaw = jax.random.uniform(yaw_key, (self.spec.num_cubes,), maxval=2 * jnp.pi)
+        return self._place(arm_key, jnp.concatenate([xy, height], axis=-1), yaw)
+
+    def step(self, state: State, action: jax.Array) -> State:
+        """One control step of 0.05 s. A state that is done stays as it is."""
+        physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
+        return self._next(state, self.simulate(physics_state, action, active=state.done == 0))
+
+    def simulate(
+        self, physics_state: PhysicsState, action: jax.Array, active: jax.Array | bool = True
+    ) -> PhysicsState:
+        """One control step of the bare simulation, which knows no task; see `Physics.step`."""
+        ctrl = control.servo_targets(self.scene, physics_state, action)
+        return self.physics.step(physics_state, ctrl, active)
+
+    def observe(self, physics_state: PhysicsState) -> jax.Array:
+        """The observation of a bare simulation."""
+        return self.layout.observe(self.scene, physics_state)
+
+    def _settled(self, key: jax.Array, cubes: jax.Array) -> PhysicsState:
+        arm_key, action_key = jax.random.split(key)
+        physics_state = self._place(arm_key, cubes, jnp.zeros(self.spec.num_cubes))
+        actions = jax.random.uniform(
+            action_key, (SETTLING_STEPS, control.ACTION_SIZE), minval=-1.0, maxval=1.0
+        )
+        for action in actions:
+            physics_state = self.simulate(physics_state, action)
+        return physics_state
+
+    def _place(self, arm_key: jax.Array, cubes: jax.Array, yaw: jax.Array) -> PhysicsState:
+        """A scene at rest: the arm at a random pose, the cubes at positions and yaws."""
+        pos_key, yaw_key = jax.random.split(arm_key)
+        home = jnp.array(self.scene.home_qpos, jnp.float32)
+        joints = kinematics.inverse(
+            workspace.PINCH_START.sample(pos_key),
+            jax.random.uniform(yaw_key, minval=-jnp.pi, maxval=jnp.pi),
+            near=home[self.scene.arm],
+        )
+        poses = jnp.concatenate([cubes, yaw_quat(yaw)], axis=-1)
+        qpos = home.at[self.scene.arm].set(joints).at[self.scene.cubes_qpos].set(poses.ravel())
+        return self.physics.init(qpos)
+
+    def _first(self, physics_state: PhysicsState, goal: jax.Array, target: jax.Array) -> State:
+        zero, no = jnp.zeros(()), jnp.zeros((), bool)
+        return State(
+            pipeline_state=physics_state,  # pyright: ignore[reportArgumentType]
+            obs=self.observe(physics_state),
+            reward=zero,
+            done=zero,
+            metrics={"success": zero},
+            info={
+                "goal": goal,
+                "target": target,
+                "task": jnp.full((), USER_TASK, jnp.int32),
+                "success": no,
+                "diverged": no,
+            },
+        )
+
+    def _next(self, state: State, physics_state: PhysicsState) -> State:
+        positions, _ = cube_poses(self.scene, physics_state)
+        distances = jnp.linalg.norm(positions - state.info["target"], axis=-1)
+        diverged = physics_state.diverged
+        success = jnp.all(distances <= SUCCESS_DISTANCE) & ~diverged
+        reward = success.astype(jnp.float32)
+        return state.replace(
+            pipeline_state=physics_state,
+            obs=self.observe(physics_state),
+            reward=reward,
+            done=(success | diverged).astype(jnp.float32),
+            metrics=state.metrics | {"success": reward},
+            info=state.info | {"success": success, "diverged": diverged},
+        )

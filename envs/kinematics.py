@@ -1,0 +1,47 @@
+"""Closed-form inverse kinematics of the UR5e with the gripper pointing straight down.
+
+With the tool vertical, the axes of shoulder lift, elbow and wrist 1 are parallel and the second
+wrist joint stands at -pi/2, so the arm is a planar two-link chain on a turntable. The branch is that of
+the home pose (elbow up, shoulder to the right), which the arm never leaves inside the workspace.
+"""
+
+import jax
+import jax.numpy as jnp
+
+from pigbench.envs import robot
+from pigbench.envs.rotations import nearest_turn
+
+LATERAL_OFFSET = robot.SHOULDER_OFFSET + robot.ELBOW_OFFSET + robot.WRIST_1_OFFSET
+TOOL_LENGTH = robot.FLANGE_OFFSET + robot.GRIPPER_MOUNT + robot.GRIPPER_BASE + robot.PINCH_HEIGHT
+
+
+def inverse(pinch_pos: jax.Array, pinch_yaw: jax.Array, near: jax.Array) -> jax.Array:
+    """Joint angles that put the pinch point at a pose, gripper down.
+
+    Args:
+        pinch_pos: (..., 3) in metres, in the world's frame.
+        pinch_yaw: (...) in radians.
+        near: (..., 6) joint angles; of equal solutions by whole turns, the one nearest to these.
+
+    Returns:
+        Joint angles, (..., 6). A point out of reach gives the arm stretched towards it.
+    """
+    x, y, z = jnp.moveaxis(pinch_pos, -1, 0)
+    # The base is turned a quarter about z: its x axis is the world's y.
+    base_x, base_y = y, -x
+    reach = jnp.sqrt(jnp.maximum(base_x**2 + base_y**2 - LATERAL_OFFSET**2, 0.0))
+    shoulder_pan = jnp.arctan2(base_y, base_x) - jnp.arctan2(LATERAL_OFFSET, reach)
+
+    along = reach - robot.WRIST_2_OFFSET
+    down = robot.SHOULDER_HEIGHT - TOOL_LENGTH - z
+    upper, fore = robot.UPPER_ARM, robot.FOREARM
+    cos_elbow = (along**2 + down**2 - upper**2 - fore**2) / (2 * upper * fore)
+    elbow = jnp.arccos(jnp.clip(cos_elbow, -1.0, 1.0))
+    shoulder_lift = jnp.arctan2(down, along) - jnp.arctan2(
+        fore * jnp.sin(elbow), upper + fore * jnp.cos(elbow)
+    )
+    wrist_1 = -jnp.pi / 2 - shoulder_lift - elbow
+    wrist_2 = jnp.full_like(elbow, -jnp.pi / 2)
+    wrist_3 = shoulder_pan + jnp.pi / 2 - pinch_yaw
+    joints = jnp.stack([shoulder_pan, shoulder_lift, elbow, wrist_1, wrist_2, wrist_3], axis=-1)
+    return nearest_turn(joints, near)

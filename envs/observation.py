@@ -1,0 +1,109 @@
+"""The observation: a table of named terms, each a small function of the simulation's state.
+
+Robot terms come first, then the terms of each cube. Other code asks for slices by name.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from pigbench.envs import robot
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.rotations import quat_yaw
+from pigbench.envs.scene import Scene
+
+# Scales that bring every term to order one, as in OGBench.
+CENTRE = (0.425, 0.0, 0.0)
+POSITION_SCALE = 10.0
+OPENING_SCALE = 3.0
+PAD_FORCE_SCALE = 1 / 50
+
+
+@dataclass(frozen=True)
+class Term:
+    """A named part of the observation, `size` numbers."""
+
+    name: str
+    size: int
+    value: Callable[[Scene, PhysicsState], jax.Array]
+
+
+def gripper_opening(scene: Scene, state: PhysicsState) -> jax.Array:
+    """How far the gripper is shut, () in [0, 1]: 0 open, 1 shut (OGBench calls this its opening)."""
+    return jnp.clip(state.qpos[scene.driver] / robot.GRIPPER_CLOSED, 0.0, 1.0)
+
+
+def gripper_contact(state: PhysicsState) -> jax.Array:
+    """The force on the right finger's pad, () scaled and clipped to [0, 1]."""
+    return jnp.clip(state.pad_force * PAD_FORCE_SCALE, 0.0, 1.0)
+
+
+def cube_poses(scene: Scene, state: PhysicsState) -> tuple[jax.Array, jax.Array]:
+    """Cube positions (num_cubes, 3) in metres and quaternions (num_cubes, 4)."""
+    poses = state.qpos[scene.cubes_qpos].reshape(scene.num_cubes, 7)
+    return poses[:, :3], poses[:, 3:]
+
+
+def _scaled(position: jax.Array) -> jax.Array:
+    return (position - jnp.array(CENTRE)) * POSITION_SCALE
+
+
+def _direction(angle: jax.Array) -> jax.Array:
+    return jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+
+
+ROBOT_TERMS = (
+    Term("joint_pos", 6, lambda scene, state: state.qpos[scene.arm]),
+    Term("joint_vel", 6, lambda scene, state: state.qvel[scene.arm]),
+    Term("effector_pos", 3, lambda scene, state: _scaled(state.pinch_pos)),
+    Term("effector_yaw", 2, lambda scene, state: _direction(state.pinch_yaw)),
+    Term(
+        "gripper_opening",
+        1,
+        lambda scene, state: gripper_opening(scene, state)[None] * OPENING_SCALE,
+    ),
+    Term("gripper_contact", 1, lambda scene, state: gripper_contact(state)[None]),
+)
+
+
+def _cube_terms(index: int) -> tuple[Term, ...]:
+    def pos(scene: Scene, state: PhysicsState) -> jax.Array:
+        return cube_poses(scene, state)[0][index]
+
+    def quat(scene: Scene, state: PhysicsState) -> jax.Array:
+        return cube_poses(scene, state)[1][index]
+
+    return (
+        Term(f"cube_{index}_pos", 3, lambda scene, state: _scaled(pos(scene, state))),
+        Term(f"cube_{index}_quat", 4, quat),
+        Term(f"cube_{index}_yaw", 2, lambda scene, state: _direction(quat_yaw(quat(scene, state)))),
+    )
+
+
+class Layout(Mapping[str, slice]):
+    """The observation's terms in order: a mapping from a term's name to its slice."""
+
+    def __init__(self, num_cubes: int):
+        cubes = (_cube_terms(index) for index in range(num_cubes))
+        self.terms = (*ROBOT_TERMS, *(term for cube in cubes for term in cube))
+        self._slices: dict[str, slice] = {}
+        start = 0
+        for term in self.terms:
+            self._slices[term.name] = slice(start, start + term.size)
+            start += term.size
+        self.size = start
+
+    def __getitem__(self, name: str) -> slice:
+        return self._slices[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._slices)
+
+    def __len__(self) -> int:
+        return len(self._slices)
+
+    def observe(self, scene: Scene, state: PhysicsState) -> jax.Array:
+        """The observation of one simulation, (size,) float32."""
+        return jnp.concatenate([term.value(scene, state) for term in self.terms])

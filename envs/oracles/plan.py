@@ -1,0 +1,145 @@
+"""How to move a cube: a noisy open-loop plan through keyframes, as OGBench's plan oracle makes it."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+
+from pigbench.envs import workspace
+from pigbench.envs.control import ACTION_SCALE, ACTION_SIZE
+from pigbench.envs.oracles.targets import Target
+from pigbench.envs.rotations import nearest_symmetry, wrap
+from pigbench.envs.scene import CONTROL_STEP
+
+SEGMENT = 0.4  # seconds between keyframes
+TIME_JITTER = 0.2  # of a segment, by which each keyframe is early or late
+NOISE = 0.1  # standard deviation of the plan's noise, in units of the action scale
+NOISE_SMOOTHING = 0.5  # standard deviation of its Gaussian filter, in control steps
+LIFT = (0.1, 0.2)  # metres above a cube at which it is approached and left
+CLEARANCE_LOW, CLEARANCE_HIGH = (-0.1, -0.1, 0.0), (0.1, 0.1, 0.2)  # detour of the carried cube
+
+# Keyframe -> (segments since the one before, gripper opening there): the plan from top to bottom.
+KEYFRAMES = {
+    "initial": (0.0, 0.0),
+    "above_pick": (1.0, 0.0),
+    "pick": (1.5, 0.0),
+    "grasp": (1.0, 1.0),
+    "lift": (1.0, 1.0),
+    "clearance": (1.0, 1.0),
+    "above_place": (1.0, 1.0),
+    "place": (1.5, 1.0),
+    "release": (1.0, 0.0),
+    "retreat": (1.0, 0.0),
+    "final": (1.0, 0.0),
+}
+_NOMINAL = SEGMENT * np.cumsum([segments for segments, _ in KEYFRAMES.values()])
+_OPENINGS = np.array([opening for _, opening in KEYFRAMES.values()])
+MAX_STEPS = int(np.ceil((_NOMINAL[-1] + SEGMENT * TIME_JITTER) / CONTROL_STEP))
+
+_FILTER_RADIUS = int(4 * NOISE_SMOOTHING + 0.5)
+_TAPS = np.arange(-_FILTER_RADIUS, _FILTER_RADIUS + 1)
+_FILTER = np.exp(-0.5 * (_TAPS / NOISE_SMOOTHING) ** 2)
+_FILTER /= _FILTER.sum()
+
+
+@struct.dataclass
+class Plan:
+    """Effector targets (MAX_STEPS, 5), of which the first `length` () are used, one a control step."""
+
+    targets: jax.Array
+    length: jax.Array
+
+
+def make(
+    key: jax.Array, effector: jax.Array, cube_pos: jax.Array, cube_yaw: jax.Array, target: Target
+) -> Plan:
+    """Plan to pick a cube at a pose and place it at `target`, ending at a random arm pose.
+
+    Args:
+        key: random key.
+        effector: (5,) the effector's present position, yaw and opening.
+        cube_pos: (3,) metres.
+        cube_yaw: () radians.
+        target: where the cube goes.
+    """
+    lift_key, clearance_key, final_key, yaw_key, time_key, noise_key = jax.random.split(key, 6)
+    lifts = jax.random.uniform(lift_key, (2,), minval=LIFT[0], maxval=LIFT[1])
+
+    def above(pose: jax.Array, height: jax.Array) -> jax.Array:
+        return pose.at[2].add(height)
+
+    initial = effector[:4]
+    pick_yaw = _grasp_yaw(effector[3], cube_yaw)
+    pick = jnp.append(cube_pos, pick_yaw)
+    lift = above(pick, lifts[0])
+    place = jnp.append(target.pos, _grasp_yaw(pick_yaw, target.yaw))
+    above_place = above(place, lifts[1])
+    detour = jax.random.uniform(
+        clearance_key,
+        (3,),
+        minval=jnp.array(CLEARANCE_LOW),
+        maxval=jnp.array(CLEARANCE_HIGH),
+    )
+    clearance = _screw_midpoint(lift, above_place).at[2].set(initial[2]).at[:3].add(detour)
+    final = jnp.append(
+        workspace.PINCH_START.sample(final_key),
+        jax.random.uniform(yaw_key, minval=-jnp.pi, maxval=jnp.pi),
+    )
+    poses = {
+        "initial": initial,
+        "above_pick": lift,
+        "pick": pick,
+        "grasp": pick,
+        "lift": lift,
+        "clearance": clearance,
+        "above_place": above_place,
+        "place": place,
+        "release": place,
+        "retreat": above_place,
+        "final": final,
+    }
+    jitter = jax.random.uniform(time_key, (len(KEYFRAMES),), minval=-1.0, maxval=1.0)
+    times = jnp.array(_NOMINAL) + SEGMENT * TIME_JITTER * jitter.at[0].set(0.0)
+    steps = CONTROL_STEP * jnp.arange(MAX_STEPS)
+    length = jnp.sum(steps < times[-1])
+    path = _interpolate(steps, times, jnp.stack([poses[name] for name in KEYFRAMES]))
+    return Plan(path + _noise(noise_key, length), length)
+
+
+def _grasp_yaw(effector_yaw: jax.Array, cube_yaw: jax.Array) -> jax.Array:
+    """The yaw in [0, 2 pi) at which to grip the cube, nearest to the effector's up to symmetry."""
+    full = 2 * jnp.pi
+    return jnp.mod(nearest_symmetry(jnp.mod(cube_yaw, full), jnp.mod(effector_yaw, full)), full)
+
+
+def _screw_midpoint(start: jax.Array, end: jax.Array) -> jax.Array:
+    """Half-way from one pose (x, y, z, yaw) to another along a screw motion about the vertical."""
+    turn = wrap(end[3] - start[3])
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    bulge = 0.5 * jnp.tan(turn / 4) * jnp.stack([dy, -dx])
+    middle = (start + end) / 2
+    return middle.at[:2].add(bulge).at[3].set(start[3] + turn / 2)
+
+
+def _interpolate(steps: jax.Array, times: jax.Array, poses: jax.Array) -> jax.Array:
+    """Targets (MAX_STEPS, 5) at `steps`: linear between keyframes, yaw by the shorter way round."""
+    last = len(KEYFRAMES) - 1
+    before = jnp.clip(jnp.searchsorted(times, steps, side="right") - 1, 0, last - 1)
+    fraction = jnp.clip((steps - times[before]) / (times[before + 1] - times[before]), 0.0, 1.0)[
+        :, None
+    ]
+    change = poses[before + 1] - poses[before]
+    change = change.at[:, 3].set(wrap(change[:, 3]))
+    pose = poses[before] + fraction * change
+    openings = jnp.array(_OPENINGS)[:, None]
+    opening = openings[before] + fraction * (openings[before + 1] - openings[before])
+    return jnp.concatenate([pose.at[:, 3].set(wrap(pose[:, 3])), opening], axis=-1)
+
+
+def _noise(key: jax.Array, length: jax.Array) -> jax.Array:
+    """White noise smoothed along the plan, reflected at its ends, (MAX_STEPS, 5)."""
+    white = jax.random.normal(key, (MAX_STEPS, ACTION_SIZE)) * NOISE * jnp.array(ACTION_SCALE)
+    index = jnp.arange(MAX_STEPS)[:, None] + _TAPS
+    index = jnp.where(index < 0, -1 - index, index)
+    index = jnp.where(index >= length, 2 * length - 1 - index, index)
+    return jnp.einsum("stn,t->sn", white[index], jnp.array(_FILTER))

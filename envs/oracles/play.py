@@ -1,0 +1,69 @@
+"""The `play` policy: plan after plan, each for a random cube and target."""
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+
+from pigbench.envs import control
+from pigbench.envs.observation import cube_poses
+from pigbench.envs.oracles import plan, targets
+from pigbench.envs.oracles.policy import Policy
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.rotations import quat_yaw
+
+
+@struct.dataclass
+class PlayState:
+    """What the policy remembers between control steps of one episode."""
+
+    stacking: jax.Array  # () probability, fixed for the episode
+    target: targets.Target
+    plan: plan.Plan
+    time: jax.Array  # () control steps since the plan began
+
+
+class PlayPolicy(Policy[PlayState]):
+    """Plan after plan."""
+
+    def reset(self, key: jax.Array, physics_state: PhysicsState) -> PlayState:
+        """Begin an episode."""
+        stacking_key, key = jax.random.split(key)
+        low, high = targets.STACKING[self.scene.num_cubes]
+        stacking = jax.random.uniform(stacking_key, minval=low, maxval=high)
+        first = targets.FIRST_STACKING
+        return self._begin(key, physics_state, stacking, next_stacking=jnp.asarray(first))
+
+    def act(self, key: jax.Array, state: PlayState, physics_state: PhysicsState) -> jax.Array:
+        """The action (5,) in [-1, 1] that follows the plan. Draws nothing from `key`."""
+        now = jnp.minimum(state.time, state.plan.length - 1)
+        return control.action_towards(self.scene, physics_state, state.plan.targets[now])
+
+    def advance(self, key: jax.Array, state: PlayState, physics_state: PhysicsState) -> PlayState:
+        """After the action was carried out: go on, or begin the next plan when this one has ended."""
+        going_on = state.replace(time=state.time + 1)
+        ended = self.ended(state)
+        fresh = self._begin(key, physics_state, state.stacking, next_stacking=state.stacking)
+        return jax.tree.map(lambda new, old: jnp.where(ended, new, old), fresh, going_on)
+
+    def ended(self, state: PlayState) -> jax.Array:
+        """Whether the present action is the plan's last, () bool."""
+        return state.time >= state.plan.length - 1
+
+    def _begin(
+        self,
+        key: jax.Array,
+        physics_state: PhysicsState,
+        stacking: jax.Array,
+        next_stacking: jax.Array,
+    ) -> PlayState:
+        target_key, plan_key = jax.random.split(key)
+        positions, quats = cube_poses(self.scene, physics_state)
+        target = targets.draw(target_key, positions, next_stacking)
+        new_plan = plan.make(
+            plan_key,
+            control.effector(self.scene, physics_state),
+            positions[target.cube],
+            quat_yaw(quats[target.cube]),
+            target,
+        )
+        return PlayState(stacking, target, new_plan, jnp.zeros((), jnp.int32))

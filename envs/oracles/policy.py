@@ -1,0 +1,30 @@
+"""What a scripted policy does, for one episode: pure functions of a key and the simulation's state."""
+
+import abc
+from typing import Generic, TypeVar
+
+import jax
+
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.scene import Scene
+
+Memory = TypeVar("Memory")
+
+
+class Policy(abc.ABC, Generic[Memory]):
+    """A policy that remembers a pytree between control steps. All methods may be vmapped."""
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+
+    @abc.abstractmethod
+    def reset(self, key: jax.Array, physics_state: PhysicsState) -> Memory:
+        """Begin an episode."""
+
+    @abc.abstractmethod
+    def act(self, key: jax.Array, state: Memory, physics_state: PhysicsState) -> jax.Array:
+        """The action (5,) in [-1, 1]."""
+
+    @abc.abstractmethod
+    def advance(self, key: jax.Array, state: Memory, physics_state: PhysicsState) -> Memory:
+        """Take note of the simulation's state after the action."""

@@ -1,0 +1,58 @@
+"""Which cube to move next, and where to: the distribution of targets of OGBench's data collection."""
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+
+from pigbench.envs import workspace
+from pigbench.envs.scene import CUBE_HALF_SIZE
+
+ON_TOP_DISTANCE = 0.02  # metres in x and y within which a higher cube lies on a lower one
+
+# Probability of stacking a cube on another, drawn uniformly from this range once an episode.
+STACKING = {1: (0.0, 0.0), 2: (0.0, 0.25), 3: (0.05, 0.35), 4: (0.1, 0.5), 8: (0.0, 0.35)}
+FIRST_STACKING = 0.5  # the probability for an episode's first target
+
+
+@struct.dataclass
+class Target:
+    """A sub-task: move `cube` (index) to `pos` (3,), metres, and `yaw` (), radians."""
+
+    cube: jax.Array
+    pos: jax.Array
+    yaw: jax.Array
+
+
+def is_top(cubes: jax.Array) -> jax.Array:
+    """Which cubes have none on them, (num_cubes,) bool, from their positions (num_cubes, 3)."""
+    offset = cubes[None, :, :] - cubes[:, None, :]
+    near = jnp.linalg.norm(offset[..., :2], axis=-1) < ON_TOP_DISTANCE
+    return ~jnp.any(near & (offset[..., 2] > 0), axis=1)
+
+
+def draw(key: jax.Array, cubes: jax.Array, stacking: jax.Array | float) -> Target:
+    """A target for one of the top cubes: on another top cube with probability `stacking`, else on the floor.
+
+    Args:
+        key: random key.
+        cubes: (num_cubes, 3) positions in metres.
+        stacking: () probability.
+    """
+    cube_key, stack_key, base_key, xy_key, yaw_key = jax.random.split(key, 5)
+    top = is_top(cubes)
+    cube = _choose(cube_key, top)
+    others = top.at[cube].set(False)
+    base = cubes[_choose(base_key, others)]
+    stack = jnp.any(others) & (jax.random.uniform(stack_key) < stacking)
+    on_floor = jnp.append(workspace.CUBE.sample(xy_key), CUBE_HALF_SIZE)
+    on_cube = base.at[2].add(2 * CUBE_HALF_SIZE)
+    return Target(
+        cube=cube,
+        pos=jnp.where(stack, on_cube, on_floor),
+        yaw=jax.random.uniform(yaw_key, maxval=2 * jnp.pi),
+    )
+
+
+def _choose(key: jax.Array, allowed: jax.Array) -> jax.Array:
+    """A uniform index among those allowed; any index where none is."""
+    return jax.random.categorical(key, jnp.where(allowed, 0.0, -jnp.inf))

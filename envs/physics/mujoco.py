@@ -1,0 +1,90 @@
+"""MuJoCo in C on all cores, behind a host callback."""
+
+import os
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from mujoco.batch import Batch, SimulationError
+
+from pigbench.envs.physics.base import Physics, PhysicsState
+from pigbench.envs.scene import SUBSTEPS, Scene
+
+
+class MujocoPhysics(Physics):
+    """Double precision inside a control step, float32 between control steps."""
+
+    name = "mujoco"
+
+    def __init__(self, scene: Scene, threads: int | None = None):
+        super().__init__(scene)
+        self._threads = threads or len(os.sched_getaffinity(0))
+        self._batches: dict[int, Batch] = {}
+
+    def _forward(self, state: PhysicsState) -> PhysicsState:
+        ctrl = jnp.zeros(self.scene.model.nu)
+        return self._call(0, state, ctrl, jnp.ones((), bool))
+
+    def _advance(self, state: PhysicsState, ctrl: jax.Array, active: jax.Array) -> PhysicsState:
+        return self._call(SUBSTEPS, state, ctrl, active)
+
+    def _call(
+        self, substeps: int, state: PhysicsState, ctrl: jax.Array, active: jax.Array
+    ) -> PhysicsState:
+        return jax.pure_callback(
+            partial(self._run, substeps),
+            jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), state),
+            state,
+            ctrl,
+            active,
+            vmap_method="broadcast_all",
+        )
+
+    def _run(self, substeps: int, state: PhysicsState, ctrl, active) -> PhysicsState:
+        """On the host, in NumPy: any leading dimensions are simulations of one batch."""
+        leading = np.shape(active)
+        batch = self._batch(int(np.prod(leading)))
+
+        def rows(x) -> np.ndarray:
+            return np.reshape(np.asarray(x), (batch.nsim, -1))
+
+        batch.qpos[:] = rows(state.qpos)
+        batch.qvel[:] = rows(state.qvel)
+        batch.qacc_warmstart[:] = rows(state.warmstart)
+        batch.ctrl[:] = rows(ctrl)
+        ids = np.flatnonzero(rows(active)[:, 0])
+        failed = np.zeros(0, int)
+        try:
+            if substeps:
+                batch.step(ids, nstep=substeps)
+            else:
+                batch.forward(ids)
+        except SimulationError as error:
+            failed = error.ids
+
+        qpos = batch.qpos.astype(np.float32)
+        qpos[failed] = np.nan
+        pinch = batch.site("pinch")
+        rotation = pinch.xmat
+        wrench = batch.body("right_pad").cfrc_ext
+        new = PhysicsState(
+            qpos=qpos,
+            qvel=batch.qvel,
+            warmstart=batch.qacc_warmstart,
+            pinch_pos=pinch.xpos,
+            pinch_yaw=np.arctan2(rotation[:, 3], rotation[:, 0]),
+            pad_force=np.linalg.norm(wrench, axis=-1),
+            diverged=np.asarray(state.diverged),
+        )
+        return jax.tree.map(
+            lambda x, old: np.reshape(x, np.shape(old)).astype(old.dtype), new, state
+        )
+
+    def _batch(self, nsim: int) -> Batch:
+        if nsim not in self._batches:
+            batch = Batch(self.scene.model, nsim, self._threads)
+            for field in ("site_xpos", "site_xmat", "cfrc_ext"):
+                batch.bind(field)
+            self._batches[nsim] = batch
+        return self._batches[nsim]

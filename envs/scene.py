@@ -1,0 +1,303 @@
+"""The MuJoCo model of robot, table, walls and cubes, and where everything lies in its state vectors.
+
+What collides is what OGBench's own play data ever brings into contact: pads, cubes, floor and walls,
+as explicit pairs. Two profiles of one scene: `exact` gives each finger OGBench's two pad boxes,
+`fast` one box a finger.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import mujoco
+import numpy as np
+
+from pigbench.envs import robot
+from pigbench.errors import lookup
+
+CUBE_HALF_SIZE = 0.02
+CUBE_DENSITY = 1240.0
+PHYSICS_STEP = 0.002
+CONTROL_STEP = 0.05
+SUBSTEPS = round(CONTROL_STEP / PHYSICS_STEP)
+
+# Wall name -> (half sizes, centre), a box around the workspace that keeps cubes in.
+WALLS = {
+    "wall_near": ((0.003, 0.38, 0.2), (0.22, 0.0, 0.1)),
+    "wall_right": ((0.205, 0.003, 0.2), (0.425, -0.38, 0.1)),
+    "wall_far": ((0.003, 0.38, 0.2), (0.63, 0.0, 0.1)),
+    "wall_left": ((0.205, 0.003, 0.2), (0.425, 0.38, 0.1)),
+}
+
+
+@dataclass(frozen=True)
+class PadBox:
+    """A box of a finger pad: half sizes, centre in the pad's frame, sliding friction."""
+
+    half_size: robot.Vector
+    pos: robot.Vector
+    friction: float
+
+
+# Profile -> the boxes of one finger pad.
+PROFILES = {
+    "exact": (
+        PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.028125), 0.7),
+        PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.009375), 0.6),
+    ),
+    "fast": (PadBox((0.011, 0.004, 0.01875), (0, -0.0026, 0.01875), 0.7),),
+}
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Contact parameters of a pair: constraint softness, impedance and sliding friction."""
+
+    solref: robot.Vector
+    solimp: robot.Vector
+    friction: float
+
+
+_TORSION, _ROLLING = 0.005, 0.0001
+_STIFF, _SOFT = (
+    0.004,
+    robot.DEFAULT_SOLREF[0],
+)  # contact time constants of cubes and pads, and of the floor
+CUBE_CUBE = Contact((_STIFF, 1.0), robot.DEFAULT_SOLIMP, 1.0)
+CUBE_STATIC = Contact(
+    ((_STIFF + _SOFT) / 2, 1.0), robot.DEFAULT_SOLIMP, 1.0
+)  # MuJoCo mixes equal parts
+
+
+def _pad_contact(friction: float) -> Contact:
+    """Pads take priority over what they touch, so the softness and friction are theirs."""
+    return Contact((_STIFF, 1.0), robot.STIFF_SOLIMP, friction)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled model with the places of its parts.
+
+    qpos is [arm 6, gripper 8, then per cube position 3 and quaternion 4]; qvel is [arm 6,
+    gripper 8, then per cube linear 3 and angular 3]; ctrl is [arm 6, gripper 1].
+    """
+
+    model: mujoco.MjModel
+    num_cubes: int
+    profile: str
+
+    arm = slice(0, len(robot.ARM_JOINTS))
+    gripper = slice(len(robot.ARM_JOINTS), len(robot.ARM_JOINTS) + len(robot.GRIPPER_JOINTS))
+    driver = len(robot.ARM_JOINTS) + robot.GRIPPER_JOINTS.index("right_driver")
+
+    @property
+    def cubes_qpos(self) -> slice:
+        """The cubes' part of qpos: num_cubes blocks of position 3 and quaternion 4."""
+        return slice(self.gripper.stop, self.gripper.stop + 7 * self.num_cubes)
+
+    @cached_property
+    def home_qpos(self) -> np.ndarray:
+        """The state with the arm at home, the gripper open and the cubes in a row, (nq,)."""
+        qpos = self.model.qpos0.copy()
+        qpos[self.arm] = robot.HOME
+        return qpos
+
+
+def build(num_cubes: int, profile: str = "exact") -> Scene:
+    """Compile the scene with `num_cubes` cubes; `profile` is one of PROFILES (else UserError)."""
+    pad_boxes = lookup("physics profile", PROFILES, profile)
+    spec = mujoco.MjSpec()
+    spec.modelname = f"pigbench_{num_cubes}_cubes_{profile}"
+    spec.compiler.degree = False
+    option = spec.option
+    option.timestep = PHYSICS_STEP
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = 10.0
+    # A simulation that diverges must show, not restart by itself.
+    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+
+    _add_statics(spec)
+    _add_robot(spec, pad_boxes)
+    cubes = [_add_cube(spec, i, num_cubes) for i in range(num_cubes)]
+    pads = {f"{side}_pad_{i}": box for side in ("right", "left") for i, box in enumerate(pad_boxes)}
+    _add_contacts(spec, cubes, pads)
+    return Scene(spec.compile(), num_cubes, profile)
+
+
+def _add_statics(spec: mujoco.MjSpec) -> None:
+    spec.worldbody.add_geom(
+        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(1, 1, 0.01), contype=0, conaffinity=0
+    )
+    for name, (half_size, pos) in WALLS.items():
+        _add_box(spec.worldbody, name, half_size, pos)
+
+
+def _add_box(body: mujoco.MjsBody, name: str, half_size, pos=(0, 0, 0), **inertia) -> None:
+    body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=half_size,
+        pos=pos,
+        contype=0,
+        conaffinity=0,
+        **inertia,
+    )
+
+
+def _add_robot(spec: mujoco.MjSpec, pad_boxes: tuple[PadBox, ...]) -> None:
+    bodies = {"world": spec.worldbody}
+    for link in robot.LINKS:
+        body = bodies[link.parent].add_body(
+            name=link.name,
+            pos=link.pos,
+            quat=link.quat,
+            mass=link.mass,
+            ipos=link.com,
+            iquat=link.inertia_quat,
+            inertia=link.inertia,
+            explicitinertial=True,
+        )
+        bodies[link.name] = body
+        if link.joint:
+            _add_joint(body, link.joint)
+    bodies["gripper_base"].add_site(name="pinch", pos=(0, 0, robot.PINCH_HEIGHT))
+    for side in ("right", "left"):
+        pad = bodies[f"{side}_pad"]
+        for i, box in enumerate(pad_boxes):
+            _add_box(pad, f"{side}_pad_{i}", box.half_size, box.pos)
+        _close_linkage(spec, side)
+    _couple_drivers(spec)
+    _add_contact_sensor(spec, bodies["right_pad"])
+    _add_servos(spec)
+
+
+def _add_joint(body: mujoco.MjsBody, joint: robot.Joint) -> None:
+    element = body.add_joint(
+        name=joint.name,
+        type=mujoco.mjtJoint.mjJNT_HINGE,
+        axis=joint.axis,
+        pos=joint.anchor,
+        range=joint.limits,
+        limited=True,
+        armature=joint.armature,
+        springref=joint.spring_reference,
+    )
+    element.damping[0] = joint.damping
+    element.stiffness[0] = joint.stiffness
+    element.solref_limit[:2] = joint.limit_solref
+    element.solimp_limit[:3] = joint.limit_solimp
+
+
+def _stiff_equality(spec: mujoco.MjSpec, **what) -> None:
+    equality = spec.add_equality(**what)
+    equality.solref[:2] = robot.STIFF_SOLREF
+    equality.solimp[:3] = robot.STIFF_SOLIMP
+
+
+def _close_linkage(spec: mujoco.MjSpec, side: str) -> None:
+    _stiff_equality(
+        spec,
+        type=mujoco.mjtEq.mjEQ_CONNECT,
+        name1=f"{side}_follower",
+        name2=f"{side}_coupler",
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        data=[0] * 12,
+    )
+
+
+def _couple_drivers(spec: mujoco.MjSpec) -> None:
+    _stiff_equality(
+        spec,
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        name1="right_driver",
+        name2="left_driver",
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        data=[0, 1, *[0] * 10],
+    )
+
+
+def _add_contact_sensor(spec: mujoco.MjSpec, pad: mujoco.MjsBody) -> None:
+    """A force sensor, whose presence makes every engine compute the bodies' contact wrenches."""
+    pad.add_site(name="right_pad")
+    spec.add_sensor(
+        name="right_pad",
+        type=mujoco.mjtSensor.mjSENS_FORCE,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        objname="right_pad",
+    )
+
+
+def _add_servos(spec: mujoco.MjSpec) -> None:
+    for servo in robot.ARM_SERVOS:
+        _add_servo(
+            spec,
+            servo.joint,
+            mujoco.mjtTrn.mjTRN_JOINT,
+            servo.gain,
+            servo.gain,
+            servo.damping,
+            servo.control_range,
+            servo.max_force,
+        )
+    tendon = spec.add_tendon(name="drivers")
+    for side in ("right", "left"):
+        tendon.wrap_joint(f"{side}_driver", 0.5)
+    _add_servo(
+        spec,
+        "drivers",
+        mujoco.mjtTrn.mjTRN_TENDON,
+        robot.GRIPPER_GAIN,
+        robot.GRIPPER_STIFFNESS,
+        robot.GRIPPER_DAMPING,
+        (0, robot.GRIPPER_CONTROL_MAX),
+        robot.GRIPPER_MAX_FORCE,
+    )
+
+
+def _add_servo(
+    spec: mujoco.MjSpec, target, transmission, gain, stiffness, damping, control_range, max_force
+) -> None:
+    servo = spec.add_actuator(
+        name=target,
+        target=target,
+        trntype=transmission,
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        ctrllimited=True,
+        ctrlrange=control_range,
+        forcelimited=True,
+        forcerange=(-max_force, max_force),
+    )
+    servo.gainprm[0] = gain
+    servo.biasprm[1:3] = (-stiffness, -damping)
+
+
+def _add_cube(spec: mujoco.MjSpec, index: int, num_cubes: int) -> str:
+    name = f"cube_{index}"
+    y = 0.05 * (2 * index - (num_cubes - 1))
+    body = spec.worldbody.add_body(name=name, pos=(0.3, y, CUBE_HALF_SIZE))
+    body.add_freejoint(name=name)
+    _add_box(body, name, (CUBE_HALF_SIZE,) * 3, density=CUBE_DENSITY)
+    return name
+
+
+def _add_contacts(spec: mujoco.MjSpec, cubes: list[str], pads: dict[str, PadBox]) -> None:
+    for cube in cubes:
+        for static in ("floor", *WALLS):
+            _add_pair(spec, static, cube, CUBE_STATIC)
+    for one, other in combinations(cubes, 2):
+        _add_pair(spec, one, other, CUBE_CUBE)
+    for name, box in pads.items():
+        for touched in ("floor", *cubes):
+            _add_pair(spec, touched, name, _pad_contact(box.friction))
+    for (one, box), (other, other_box) in combinations(pads.items(), 2):
+        if one.split("_")[0] != other.split("_")[0]:
+            _add_pair(spec, one, other, _pad_contact(max(box.friction, other_box.friction)))
+
+
+def _add_pair(spec: mujoco.MjSpec, one: str, other: str, contact: Contact) -> None:
+    pair = spec.add_pair(geomname1=one, geomname2=other, condim=3)
+    slide = contact.friction
+    pair.friction[:] = (slide, slide, _TORSION, _ROLLING, _ROLLING)
+    pair.solref[:2] = contact.solref
+    pair.solimp[:3] = contact.solimp

@@ -1,0 +1,28 @@
+"""Where the robot works and where cubes lie, in metres in the world's frame."""
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+
+@dataclass(frozen=True)
+class Box:
+    """An axis-aligned box."""
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    def sample(self, key: jax.Array, shape: tuple[int, ...] = ()) -> jax.Array:
+        """Uniform points, (*shape, dimensions)."""
+        low, high = jnp.array(self.low), jnp.array(self.high)
+        return jax.random.uniform(key, (*shape, len(self.low)), minval=low, maxval=high)
+
+    def clip(self, point: jax.Array) -> jax.Array:
+        """The nearest point of the box."""
+        return jnp.clip(point, jnp.array(self.low), jnp.array(self.high))
+
+
+PINCH = Box((0.25, -0.35, 0.02), (0.6, 0.35, 0.35))
+PINCH_START = Box((0.25, -0.35, 0.20), (0.6, 0.35, 0.35))
+CUBE = Box((0.3, -0.3), (0.55, 0.3))

@@ -1,0 +1,118 @@
+"""The command line: `pigbench COMMAND ...`.
+
+A command is chosen first, then its own fields are parsed. What a user got wrong is one line on
+standard error and exit status 2.
+"""
+
+import contextlib
+import importlib
+import io
+import os
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import tyro
+
+from pigbench.errors import UserError, lookup
+
+
+class Command(NamedTuple):
+    """Where a command's class is, imported when it is chosen, and what it does."""
+
+    module: str
+    kind: str
+    summary: str
+
+
+COMMANDS = {
+    "list": Command("listing", "List", "environments or methods by name"),
+    "generate": Command("generate", "Generate", "collect an offline data set"),
+    "data info": Command("data", "Info", "what a data set holds"),
+    "data verify": Command("data", "Verify", "find torn or altered files of a data set"),
+    "train": Command("train", "Train", "train one method with one seed"),
+    "evaluate": Command("evaluate", "Evaluate", "roll out a trained policy on every task"),
+    "table": Command("report", "Table", "success rates of runs as a table"),
+    "plot": Command("report", "Plot", "learning curves of runs as a picture"),
+}
+USAGE_ERROR = 2
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Run the command of `sys.argv`; the exit status is 2 for a user's error."""
+    try:
+        run(sys.argv[1:])
+    except UserError as error:
+        print(f"pigbench: {error}", file=sys.stderr)
+        sys.exit(USAGE_ERROR)
+    except KeyboardInterrupt:
+        print("pigbench: interrupted; run the same command again to go on", file=sys.stderr)
+        sys.exit(INTERRUPTED)
+    except BrokenPipeError:
+        sys.stderr.close()
+
+
+def run(arguments: Sequence[str]) -> None:
+    """Parse and run one command. Raises UserError for what the user got wrong."""
+    name, rest = _choose(arguments)
+    _cache_compilations()
+    module = importlib.import_module(f"pigbench.commands.{COMMANDS[name].module}")
+    kind = getattr(module, COMMANDS[name].kind)
+    _parse(kind, rest, program=f"pigbench {name}").run()
+
+
+def _choose(arguments: Sequence[str]) -> tuple[str, list[str]]:
+    """The command's name, of one word or two, and the arguments after it."""
+    for words in (2, 1):
+        name = " ".join(arguments[:words])
+        if name in COMMANDS:
+            return name, list(arguments[words:])
+    asked = " ".join(word for word in arguments[:2] if not word.startswith("-"))
+    if asked and not any(name.split()[0] == asked for name in COMMANDS):
+        lookup("command", COMMANDS, asked)
+    print(_overview())
+    sys.exit(0)
+
+
+def _cache_compilations() -> None:
+    """Keep compiled programs between runs, unless the user has said where."""
+    cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pigbench" / "jax"
+    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(cache))
+
+
+def _overview() -> str:
+    lines = [
+        "pigbench: offline goal-conditioned RL on contact-rich manipulation",
+        "",
+        "usage: pigbench COMMAND ... (pigbench COMMAND --help says more)",
+        "",
+        *(f"  {name:14}{command.summary}" for name, command in COMMANDS.items()),
+    ]
+    return "\n".join(lines)
+
+
+def _parse(kind: Any, arguments: Sequence[str], *, program: str) -> Any:
+    """The command's instance with its fields from `arguments`; `--help` prints and exits."""
+    if hasattr(kind, "specialize"):
+        kind, default = kind.specialize(arguments)
+    else:
+        default = None
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            return tyro.cli(kind, default=default, args=arguments, prog=program)
+    except SystemExit as exit_:
+        if exit_.code in (0, None):
+            raise
+        raise UserError(f"{_one_line(complaint.getvalue())} (see {program} --help)") from None
+
+
+def _one_line(box: str) -> str:
+    """What a framed, many-line message says, without its title and its pointer to the help."""
+    lines = [re.sub(r"[╭╮╰╯│─]|\x1b\[[0-9;]*m", "", line).strip() for line in box.splitlines()]
+    title, *text = filter(None, lines)
+    pointer = next((i for i, line in enumerate(text) if line.startswith("For full helptext")), None)
+    return " ".join(text[:pointer]) or title

@@ -1,0 +1,1 @@
+"""The command line's commands: a frozen dataclass of arguments each, with a `run`."""

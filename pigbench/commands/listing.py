@@ -1,0 +1,44 @@
+"""`pigbench list`: what there is, by name."""
+
+import dataclasses
+from collections.abc import Callable
+
+import tyro
+
+from pigbench import agents, envs
+from pigbench.errors import lookup
+
+
+def _environments() -> list[tuple[str, str]]:
+    return [
+        (
+            name,
+            f"{spec.num_cubes} cubes, {len(spec.tasks)} tasks, {spec.episode_length} steps",
+        )
+        for name, spec in envs.SPECS.items()
+    ]
+
+
+def _methods() -> list[tuple[str, str]]:
+    return [(name, agents.get(name).summary) for name in agents.names()]
+
+
+_TOPICS: dict[str, Callable[[], list[tuple[str, str]]]] = {
+    "envs": _environments,
+    "methods": _methods,
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class List:
+    """List environments or methods by name."""
+
+    topic: tyro.conf.Positional[str]
+    """envs or methods."""
+
+    def run(self) -> None:
+        """Print one line each."""
+        rows = lookup("topic", _TOPICS, self.topic)()
+        width = max(len(name) for name, _ in rows)
+        for name, summary in rows:
+            print(f"{name:{width}}  {summary}")

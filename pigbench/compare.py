@@ -1,0 +1,49 @@
+"""Are two configurations the same, and if not, where do they differ first?"""
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from pigbench.errors import UserError
+
+
+class Difference(NamedTuple):
+    """A field, its name dotted from the outside in, and its two values ("absent" if none)."""
+
+    field: str
+    first: Any
+    second: Any
+
+
+def first_difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> Difference | None:
+    """The first field, in the order of `first`, whose values differ as JSON; None if none does."""
+    left, right = _fields(first), _fields(second)
+    for name in left | right:
+        pair = left.get(name, "absent"), right.get(name, "absent")
+        if pair[0] != pair[1]:
+            return Difference(name, *pair)
+    return None
+
+
+def require_same(what: str, stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+    """Raises UserError unless `what`, which holds `stored`, is what is `wanted` now."""
+    difference = first_difference(stored, wanted)
+    if difference is not None:
+        name, old, new = difference
+        raise UserError(
+            f"{what} was made with another configuration: {name} is {old!r} there and {new!r} now; "
+            f"use {old!r} to continue it, or choose another folder"
+        )
+
+
+def _fields(config: Mapping[str, Any]) -> dict[str, Any]:
+    # Through JSON, so that what was read from a file equals what was written: tuples become lists.
+    return dict(_flatten("", json.loads(json.dumps(config))))
+
+
+def _flatten(prefix: str, config: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    for name, value in config.items():
+        if isinstance(value, dict):
+            yield from _flatten(f"{prefix}{name}.", value)
+        else:
+            yield prefix + name, value

@@ -1,0 +1,128 @@
+"""Files and folders that are whole or not there at all.
+
+A crash at any moment leaves the old content or the new, never a mixture: content is written under a
+temporary name beside its place, synced to the disk, and renamed. One writer a path at a time.
+"""
+
+import contextlib
+import errno
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from pigbench.errors import UserError
+
+_DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
+
+
+def temporary_path(path: Path) -> Path:
+    """Where the content of `path` is written before it takes its place. Always the same name."""
+    return path.with_name(f".{path.name}.tmp")
+
+
+@contextlib.contextmanager
+def explaining_full_disk(path: Path) -> Iterator[None]:
+    """Turns the operating system's "no space left" within the block into a UserError."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in _DISK_FULL:
+            raise
+        raise UserError(
+            f"no space left on device while writing {path}; free some and run the same command "
+            "again: finished parts are kept"
+        ) from error
+
+
+@contextlib.contextmanager
+def replacing_file(path: Path) -> Iterator[BinaryIO]:
+    """A file to write; it takes the place of `path` when the block ends without an error.
+
+    Raises UserError when the disk is full.
+    """
+    temporary = temporary_path(path)
+    with explaining_full_disk(path):
+        try:
+            with open(temporary, "wb") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(temporary, path)
+            _sync(path.parent)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def replacing_folder(path: Path) -> Iterator[Path]:
+    """An empty folder to fill with files; it takes the place of `path` as `replacing_file` does.
+
+    What lay at `path` before is removed first: a crash in between leaves nothing there.
+    """
+    temporary = temporary_path(path)
+    with explaining_full_disk(path):
+        try:
+            remove_folder(temporary)
+            temporary.mkdir()
+            yield temporary
+            for file in temporary.iterdir():
+                _sync(file)
+            _sync(temporary)
+            remove_folder(path)
+            os.replace(temporary, path)
+            _sync(path.parent)
+        finally:
+            remove_folder(temporary)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Replaces the content of `path` by `text` in UTF-8."""
+    with replacing_file(path) as file:
+        file.write(text.encode())
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Replaces the content of `path` by `value` as JSON, keys in the order given."""
+    write_text(path, json.dumps(value, indent=1) + "\n")
+
+
+def read_text(path: Path) -> str:
+    """The content of `path`. Raises UserError when it is missing or not UTF-8."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (FileNotFoundError, NotADirectoryError):
+        raise UserError(f"{path} does not exist") from None
+    except UnicodeDecodeError:
+        raise UserError(f"{path} is torn: it is not text") from None
+
+
+def read_json(path: Path) -> Any:
+    """The value in `path`. Raises UserError when it is missing or not JSON."""
+    try:
+        return json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise UserError(f"{path} is torn: {error}") from None
+
+
+def sha256(path: Path) -> str:
+    """The SHA-256 of the content of `path`, in hexadecimal."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def remove_folder(path: Path) -> None:
+    """Removes the folder `path` and all it holds, if there is one."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.rmtree(path)
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,83 @@
+"""Progress of long work: one live line on a terminal, elsewhere a plain line every few seconds."""
+
+import sys
+import time
+from collections.abc import Callable
+from typing import TextIO
+
+_LIVE_INTERVAL = 0.1
+_PLAIN_INTERVAL = 5.0
+_CLEAR_TO_END = "\x1b[K"
+
+
+class Progress:
+    """Tells how far some work is, how fast it goes and how long it will take still.
+
+    A context manager. `done` is what an earlier run did already: it counts for the percentage, not
+    for the rate. `clock` gives seconds.
+    """
+
+    def __init__(
+        self,
+        task: str,
+        *,
+        total: int,
+        unit: str,
+        done: int = 0,
+        stream: TextIO | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._task = task
+        self._total = total
+        self._unit = unit
+        self._done = self._done_before = done
+        self._note = self._last_line = ""
+        self._stream = sys.stderr if stream is None else stream
+        self._live = self._stream.isatty()
+        self._clock = clock
+        self._begin = self._shown_at = clock()
+
+    def advance(self, amount: int, note: str = "") -> None:
+        """Counts `amount` units more as done; `note` follows them on the line."""
+        self._done += amount
+        self._note = note
+        interval = _LIVE_INTERVAL if self._live else _PLAIN_INTERVAL
+        if self._clock() - self._shown_at >= interval:
+            self._show(end="")
+
+    def __enter__(self) -> "Progress":
+        self._show(end="")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._show(end="\n")
+
+    def _show(self, *, end: str) -> None:
+        self._shown_at = self._clock()
+        line = self._line()
+        if self._live:
+            self._stream.write(f"\r{line}{_CLEAR_TO_END}{end}")
+        elif line != self._last_line:
+            self._stream.write(f"{line}\n")
+        self._last_line = line
+        self._stream.flush()
+
+    def _line(self) -> str:
+        seconds = self._shown_at - self._begin
+        work = self._done - self._done_before
+        rate = work / seconds if seconds > 0 else 0.0
+        parts = [f"{self._done:,} of {self._total:,} {self._unit}"]
+        if rate > 0:
+            left = (self._total - self._done) / rate
+            parts.append(f"{rate:,.{0 if rate >= 10 else 1}f} {self._unit}/s")
+            parts.append(f"{_duration(left)} left" if left > 0 else f"took {_duration(seconds)}")
+        if self._note:
+            parts.append(self._note)
+        percent = 100 * self._done // self._total if self._total else 100
+        return f"{self._task} {percent:3d} %  {', '.join(parts)}"
+
+
+def _duration(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes}:{seconds:02d}"

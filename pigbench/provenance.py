@@ -1,0 +1,54 @@
+"""Where a result comes from: versions, commit and machine."""
+
+import importlib.metadata
+import os
+import platform
+import subprocess
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import jax
+
+PACKAGES = ("pigbench", "jax", "mujoco")
+
+
+def package_versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
+    """The installed version of each package."""
+    return {package: importlib.metadata.version(package) for package in packages}
+
+
+def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
+    """What is to be kept beside a result, ready for JSON."""
+    return {
+        "versions": {"python": platform.python_version(), **package_versions()},
+        "commit": _commit(),
+        "machine": {
+            "platform": platform.platform(),
+            "cpu_count": os.cpu_count(),
+            "device": jax.devices()[0].device_kind,
+        },
+        "dataset": str(dataset.absolute()),
+        "dataset_digest": dataset_digest,
+    }
+
+
+def _commit() -> str | None:
+    """The git commit of this code, with `-dirty` where files differ from it; None outside git."""
+    root = Path(__file__).resolve().parent.parent
+    if not (root / ".git").exists():
+        return None
+    command = [
+        "git",
+        "-C",
+        str(root),
+        "describe",
+        "--always",
+        "--dirty",
+        "--abbrev=40",
+        "--exclude=*",
+    ]
+    try:
+        return subprocess.run(command, capture_output=True, check=True, text=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None

@@ -1,0 +1,106 @@
+"""Batches with relabelled goals, as a pure function of a key.
+
+Drawing indices is apart from gathering rows, so that rows may live on the device or on the host.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+from jax.typing import ArrayLike
+
+from pigbench.agents import Batch, GoalMixture, Sampling
+from pigbench.errors import UserError
+
+
+@struct.dataclass
+class Rows:
+    """A data set's rows; episodes are contiguous, and an episode's last row has no successor."""
+
+    observations: jax.Array  # (N, observation_size)
+    actions: jax.Array  # (N, action_size)
+    episode_ends: (
+        jax.Array
+    )  # (E,) int32: the last row of each episode, ascending; the last is N - 1
+
+    @classmethod
+    def create(cls, observations: ArrayLike, actions: ArrayLike, terminals: ArrayLike) -> "Rows":
+        """Rows on the device, from `terminals` (N,), true on each episode's last row.
+
+        Raises `UserError` if the last episode has no end or no row has a successor.
+        """
+        terminals = np.asarray(terminals, dtype=bool)
+        if terminals.all():
+            raise UserError("the data set has no transition: an episode needs at least two rows")
+        if not terminals[-1]:
+            raise UserError("the data set's last row is not terminal: its last episode is cut off")
+        return cls(
+            jnp.asarray(observations),
+            jnp.asarray(actions),
+            jnp.asarray(np.flatnonzero(terminals), jnp.int32),
+        )
+
+
+@struct.dataclass
+class Indices:
+    """Row numbers of a batch, each (B,) int32; a transition leads from `starts` to the next row."""
+
+    starts: jax.Array
+    value_goals: jax.Array
+    actor_goals: jax.Array
+
+
+def sample(key: jax.Array, rows: Rows, sampling: Sampling, batch_size: int) -> Batch:
+    """A batch of `batch_size` transitions, uniform over all, with goals as `sampling` says."""
+    return gather(rows, sample_indices(key, rows.episode_ends, sampling, batch_size))
+
+
+def gather(rows: Rows, indices: Indices) -> Batch:
+    """The batch that `indices` describe."""
+    return Batch(
+        observations=rows.observations[indices.starts],
+        actions=rows.actions[indices.starts],
+        next_observations=rows.observations[indices.starts + 1],
+        value_goals=rows.observations[indices.value_goals],
+        value_success=(indices.value_goals == indices.starts).astype(jnp.float32),
+        actor_goals=rows.observations[indices.actor_goals],
+    )
+
+
+def sample_indices(
+    key: jax.Array, episode_ends: jax.Array, sampling: Sampling, batch_size: int
+) -> Indices:
+    """Transitions, uniform over all, and a goal of each mixture; `episode_ends` as in `Rows`."""
+    start_key, value_key, actor_key = jax.random.split(key, 3)
+    # Transitions up to and including each episode: every episode has one row that starts none.
+    transitions = episode_ends - jnp.arange(len(episode_ends), dtype=jnp.int32)
+    draws = jax.random.randint(start_key, (batch_size,), 0, transitions[-1])
+    episodes = jnp.searchsorted(transitions, draws, side="right").astype(jnp.int32)
+    starts = draws + episodes
+    ends = episode_ends[episodes]
+
+    def goals(key: jax.Array, mixture: GoalMixture) -> jax.Array:
+        source_key, future_key, random_key = jax.random.split(key, 3)
+        if mixture.geometric:
+            future = _geometric_future(future_key, starts, ends, sampling.discount)
+        else:
+            future = jax.random.randint(future_key, starts.shape, starts + 1, ends + 1)
+        random = jax.random.randint(random_key, starts.shape, 0, episode_ends[-1] + 1)
+        source = jax.random.uniform(source_key, starts.shape)
+        return jnp.where(
+            source < mixture.current,
+            starts,
+            jnp.where(source < 1 - mixture.random, future, random),
+        )
+
+    return Indices(
+        starts, goals(value_key, sampling.value_goals), goals(actor_key, sampling.actor_goals)
+    )
+
+
+def _geometric_future(
+    key: jax.Array, starts: jax.Array, ends: jax.Array, discount: float
+) -> jax.Array:
+    """`starts` plus k = 1, 2, ... with probability (1 - discount) discount^(k - 1), clipped."""
+    steps = jax.random.geometric(key, 1 - discount, starts.shape, dtype=jnp.int32)
+    return jnp.minimum(starts + steps, ends)

@@ -1,0 +1,104 @@
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from pigbench import agents
+from pigbench.agents import Agent, AgentConfig, Batch
+
+
+class Line(Agent[AgentConfig]):
+    """Loss 3 w - 2 b, plus the sum of w's target copy: gradients are 3 and -2 everywhere."""
+
+    target_networks = ("w",)
+
+    def init(self, key):
+        return {"w": jnp.ones(2), "b": jnp.zeros(())}
+
+    def loss(self, params, target_params, batch, key):
+        loss = 3 * params["w"].sum() - 2 * params["b"] + target_params["w"].sum()
+        return loss, {"loss": loss}
+
+    def act(self, params, observations, goals, key):
+        return jnp.zeros((len(observations), self.action_size))
+
+
+@pytest.fixture
+def line():
+    config = AgentConfig(learning_rate=0.1, target_rate=0.25)
+    return Line(config, observation_size=1, action_size=1, layout={})
+
+
+@pytest.fixture
+def gcivl():
+    config = agents.GCIVLConfig(actor_hidden_sizes=(8,), value_hidden_sizes=(8,))
+    return agents.build("gcivl", config, observation_size=3, action_size=2, layout={})
+
+
+def random_batch(key, size=16):
+    normal = partial(jax.random.normal, shape=(size, 3))
+    keys = jax.random.split(key, 5)
+    return Batch(
+        observations=normal(keys[0]),
+        actions=normal(keys[1])[:, :2],
+        next_observations=normal(keys[2]),
+        value_goals=normal(keys[3]),
+        value_success=(jnp.arange(size) % 5 == 0).astype(jnp.float32),
+        actor_goals=normal(keys[4]),
+    )
+
+
+def test_two_updates_by_hand(line):
+    """Under a constant gradient of any size Adam moves a parameter by its learning rate."""
+    key = jax.random.key(0)
+    batch = random_batch(key)
+    state = agents.create(line, key)
+    np.testing.assert_array_equal(state.target_params["w"], 1)
+
+    state, metrics = agents.update(line, state, batch, key)
+    np.testing.assert_allclose(state.params["w"], 0.9, rtol=1e-5)
+    np.testing.assert_allclose(state.params["b"], 0.1, rtol=1e-5)
+    np.testing.assert_allclose(state.target_params["w"], 0.75 * 1 + 0.25 * 0.9, rtol=1e-5)
+    assert metrics["loss"] == 3 * 2 + 2
+    assert state.step == 1
+
+    state, _ = agents.update(line, state, batch, key)
+    np.testing.assert_allclose(state.params["w"], 0.8, rtol=1e-5)
+    np.testing.assert_allclose(state.target_params["w"], 0.75 * 0.975 + 0.25 * 0.8, rtol=1e-5)
+    assert state.step == 2
+
+
+def test_targets_are_not_under_the_optimiser(line):
+    state = agents.create(line, jax.random.key(0))
+    assert set(state.target_params) == {"w"}
+    moments = state.opt_state[0]
+    assert jax.tree.structure(moments.mu) == jax.tree.structure(state.params)
+
+
+def test_equal_arguments_give_equal_bits(gcivl):
+    """Two compilations, each scanned over three steps and mapped over two seeds."""
+
+    def train(key):
+        state = agents.create(gcivl, key)
+        return jax.lax.scan(
+            lambda state, key: agents.update(gcivl, state, random_batch(key), key),
+            state,
+            jax.random.split(key, 3),
+        )
+
+    keys = jax.random.split(jax.random.key(7))
+    first, second = (jax.jit(jax.vmap(lambda key: train(key)))(keys) for _ in range(2))
+    for left, right in zip(jax.tree.leaves(first), jax.tree.leaves(second), strict=True):
+        assert left.tobytes() == right.tobytes()
+    np.testing.assert_array_equal(first[0].step, 3)
+
+
+def test_a_state_can_be_donated(gcivl):
+    """No two leaves share a buffer, so training may update in place."""
+    step = jax.jit(partial(agents.update, gcivl), donate_argnums=0)
+    state, _ = step(
+        agents.create(gcivl, jax.random.key(0)), random_batch(jax.random.key(1)), jax.random.key(2)
+    )
+    assert state.step == 1

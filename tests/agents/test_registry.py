@@ -1,0 +1,76 @@
+import dataclasses
+
+import jax
+import numpy as np
+import pytest
+
+from pigbench import agents
+from pigbench.errors import UserError
+
+
+def test_the_paper_preset_is_the_papers_table():
+    for name in ("gcivl", "eik-gcivl", "hjb-gcivl"):
+        paper = dataclasses.asdict(agents.get(name).preset("paper"))
+        assert paper.pop("regularizer")["weight"] == 1.0
+        assert paper == {
+            "learning_rate": 3e-4,
+            "batch_size": 1024,
+            "actor_hidden_sizes": (1024,) * 4,
+            "value_hidden_sizes": (1024,) * 4,
+            "expectile": 0.9,
+            "temperature": 10.0,
+            "layer_norm": True,
+            "discount": 0.999,
+            "target_rate": 0.005,
+            "value_goals": {"current": 0.2, "future": 0.5, "random": 0.3, "geometric": True},
+            "actor_goals": {"current": 0.0, "future": 1.0, "random": 0.0, "geometric": False},
+        }
+
+
+@pytest.mark.parametrize("preset", ["paper", "cpu"])
+def test_the_three_gcivls_differ_in_their_regularizer_alone(preset):
+    plain, eikonal, hjb = (
+        agents.get(name).preset(preset) for name in ("gcivl", "eik-gcivl", "hjb-gcivl")
+    )
+    assert [c.regularizer.kind for c in (plain, eikonal, hjb)] == ["none", "eikonal", "hjb"]
+    assert plain == dataclasses.replace(eikonal, regularizer=plain.regularizer)
+    assert plain == dataclasses.replace(hjb, regularizer=plain.regularizer)
+
+
+def test_every_method_builds_and_acts():
+    for name in agents.names():
+        method = agents.get(name)
+        agent = agents.build(
+            name, method.preset("cpu"), observation_size=4, action_size=2, layout={}
+        )
+        key = jax.random.key(0)
+        states = 100 * jax.random.normal(key, (7, 4))
+        actions = agent.act(agent.init(key), states, -states, key)
+        assert actions.shape == (7, 2)
+        assert np.all(np.abs(actions) <= 1)
+        assert "\n" not in method.summary
+
+
+def test_unknown_names_offer_the_nearest():
+    with pytest.raises(UserError, match=r"unknown method 'hjb-gcvl': did you mean 'hjb-gcivl'"):
+        agents.get("hjb-gcvl")
+    with pytest.raises(UserError, match=r"unknown preset 'papr': did you mean 'paper'"):
+        agents.get("gcivl").preset("papr")
+
+
+def test_a_name_is_registered_once():
+    with pytest.raises(UserError, match="'gcivl' is already registered"):
+        agents.register(agents.get("gcivl"))
+
+
+def test_a_registered_method_is_found(monkeypatch):
+    method = dataclasses.replace(agents.get("gcivl"), name="mine")
+    monkeypatch.setattr(agents.registry, "_METHODS", {})
+    agents.register(method)
+    assert agents.names() == ("mine",)
+    assert agents.get("mine") is method
+
+
+def test_a_configuration_of_another_agent_is_refused():
+    with pytest.raises(UserError, match="'gcivl' is configured by GCIVLConfig, not by AgentConfig"):
+        agents.build("gcivl", agents.AgentConfig(), observation_size=1, action_size=1, layout={})

@@ -1,0 +1,100 @@
+"""Small data sets and run folders, made by hand."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pigbench import episodes, runs
+from pigbench.dataset_writer import Writer
+from pigbench.episodes import Episode
+from pigbench.manifest import Shard, Spec
+from pigbench.runs import Run, RunConfig
+
+# Four shards: train-00000 and -00001 of 2 episodes of 4 rows, train-00002 and val-00000 of 1.
+SPEC = Spec(
+    environment="cube-single",
+    policy="play",
+    physics="exact",
+    engine="mujoco",
+    seed=3,
+    episodes={"train": 5, "val": 1},
+    episodes_per_shard=2,
+    rows_per_episode=4,
+    fields=("observations", "actions", "terminals", "qpos"),
+    layout=(("joint_pos", 6), ("cube_0_pos", 3)),
+    action_size=5,
+    versions={"mujoco": "1.0", "jax": "2.0", "pigbench": "3.0"},
+)
+
+CONFIG = RunConfig(
+    method="gcivl",
+    preset="cpu",
+    agent={"discount": 0.99, "hidden": [256, 256]},
+    environment="cube-single",
+    physics="exact",
+    dataset_digest="ab" * 32,
+    steps=200,
+    seed=0,
+    evaluation={"episodes": 2, "interval": 100},
+)
+
+
+def arrays_of(spec: Spec, part: Shard, *, dropped: int = 0) -> dict[str, np.ndarray]:
+    generator = np.random.default_rng((spec.seed, part.number))
+    rows = (part.episodes - dropped) * spec.rows_per_episode
+    widths = {"observations": 9, "actions": 5, "qpos": 7}
+    arrays = {
+        field: generator.normal(size=(rows, width)).astype(np.float32)
+        for field, width in widths.items()
+    }
+    return arrays | {"terminals": np.arange(rows) % 4 == 3}
+
+
+def write_dataset(folder: Path, spec: Spec = SPEC) -> None:
+    writer = Writer(folder, spec)
+    for part in writer.missing():
+        writer.write(part, arrays_of(spec, part))
+
+
+def write_run(path: Path, outcomes: dict[int, list[list[int]]], **changes) -> Run:
+    """A run with `outcomes[step][task - 1]`, the successes (0 or 1) of the task's episodes."""
+    run = runs.open_run(path, dataclasses.replace(CONFIG, **changes), {})
+    episodes.record(
+        run.episodes_path,
+        [
+            Episode(step, task, f"task{task}", number, 7, bool(success), 50, False)
+            for step, tasks in outcomes.items()
+            for task, successes in enumerate(tasks, start=1)
+            for number, success in enumerate(successes)
+        ],
+    )
+    return run
+
+
+@pytest.fixture
+def spec() -> Spec:
+    return SPEC
+
+
+@pytest.fixture
+def config() -> RunConfig:
+    return CONFIG
+
+
+@pytest.fixture
+def arrays():
+    return arrays_of
+
+
+@pytest.fixture
+def make_run():
+    return write_run
+
+
+@pytest.fixture
+def data(tmp_path) -> Path:
+    """The folder of a complete data set."""
+    write_dataset(tmp_path / "data")
+    return tmp_path / "data"
