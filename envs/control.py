@@ -8,7 +8,7 @@ from pigbench.envs.observation import gripper_opening
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
 
-# What an action of 1 asks for in one control step: metres (x, y, z), radians of yaw, gripper opening.
+# What an action of 1 asks for in one control step: metres (x, y, z), radians of yaw, opening.
 ACTION_SCALE = (0.05, 0.05, 0.05, 0.3, 1.0)
 ACTION_SIZE = len(ACTION_SCALE)
 

@@ -38,12 +38,12 @@ class Spec:
 class CubeEnv(Env):
     """A UR5e that rearranges cubes.
 
-    Observation: see `layout`. Action (5,) in [-1, 1]: see `envs.control`. Reward 1 on success, else 0.
-    done: every cube lies within SUCCESS_DISTANCE of its target, or the simulation has diverged;
-    time limits are a wrapper's (`episode_length` is OGBench's).
+    The observation is `layout`'s, the action (5,) in [-1, 1] that of `envs.control`. The reward is 1
+    on success, else 0. An episode is done when every cube lies within SUCCESS_DISTANCE of its target,
+    or the simulation has diverged; time limits are a wrapper's (`episode_length` is OGBench's).
 
-    state.info: goal (the goal's observation), target (num_cubes, 3), task (1-based id, or USER_TASK),
-    success and diverged (bool). All methods are for one environment: vmap them.
+    `state.info` has goal (the goal's observation), target (num_cubes, 3), task (an id from 1, or
+    USER_TASK), success and diverged (bool). All methods are for one environment: vmap them.
     """
 
     def __init__(self, spec: Spec, physics: Physics):

@@ -1,8 +1,9 @@
 """Closed-form inverse kinematics of the UR5e with the gripper pointing straight down.
 
 With the tool vertical, the axes of shoulder lift, elbow and wrist 1 are parallel and the second
-wrist joint stands at -pi/2, so the arm is a planar two-link chain on a turntable. The branch is that of
-the home pose (elbow up, shoulder to the right), which the arm never leaves inside the workspace.
+wrist joint stands at -pi/2, so the arm is a planar two-link chain on a turntable. The branch is
+that of the home pose (elbow up, shoulder to the right), which the arm never leaves inside the
+workspace.
 """
 
 import jax

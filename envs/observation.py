@@ -31,7 +31,7 @@ class Term:
 
 
 def gripper_opening(scene: Scene, state: PhysicsState) -> jax.Array:
-    """How far the gripper is shut, () in [0, 1]: 0 open, 1 shut (OGBench calls this its opening)."""
+    """What OGBench calls the gripper's opening, () in [0, 1]: 0 is open and 1 is shut."""
     return jnp.clip(state.qpos[scene.driver] / robot.GRIPPER_CLOSED, 0.0, 1.0)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 Vector = tuple[float, ...]
 
-# Constraint softness of the gripper's linkage and joint stops: (time constant, damping ratio) and impedance.
+# Softness (time constant, damping ratio) and impedance of the gripper's linkage and joint stops.
 STIFF_SOLREF: Vector = (0.005, 1.0)
 STIFF_SOLIMP: Vector = (0.95, 0.99, 0.001)
 DEFAULT_SOLREF: Vector = (0.02, 1.0)
@@ -70,7 +70,7 @@ def _arm_joint(name: str, axis: Vector, limits: Vector = _TURN) -> Joint:
     return Joint(name, axis, limits, armature=0.1)
 
 
-# Distances between the arm's joint axes, from which both the links and the inverse kinematics follow.
+# Distances between the arm's joint axes: links and inverse kinematics follow from them.
 SHOULDER_HEIGHT = 0.163
 SHOULDER_OFFSET = 0.138
 ELBOW_OFFSET = -0.131
@@ -273,7 +273,7 @@ ARM_SERVOS = (
     Servo("wrist_3", 500, 100, (-6.2831, 6.2831), 28),
 )
 
-# The gripper's servo acts on the mean of both driver angles; its control runs from 0 (open) to 255 (shut).
+# The gripper's servo acts on the mean of both driver angles; its control is 0 (open) to 255 (shut).
 GRIPPER_CONTROL_MAX = 255.0
 GRIPPER_GAIN = 0.3137255
 GRIPPER_STIFFNESS = 100.0

@@ -1,8 +1,8 @@
-"""The MuJoCo model of robot, table, walls and cubes, and where everything lies in its state vectors.
+"""The MuJoCo model of robot, floor, walls and cubes, and where all lies in its state vectors.
 
-What collides is what OGBench's own play data ever brings into contact: pads, cubes, floor and walls,
-as explicit pairs. Two profiles of one scene: `exact` gives each finger OGBench's two pad boxes,
-`fast` one box a finger.
+What collides is what OGBench's own play data ever brings into contact: pads, cubes, floor and
+walls, as explicit pairs. Two profiles of one scene: `exact` gives each finger OGBench's two pad
+boxes, `fast` one box a finger.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """The evaluation tasks of OGBench's cube environments: cube positions at the start and at the goal.
 
-One table: variant -> its five tasks in OGBench's order. Positions are written in OGBench's grid,
-(x, y) in metres with the level in a stack counted from 0.
+One table: environment -> its five tasks in OGBench's order. A place is (x, y) in metres, with the
+level in a stack where that is not 0.
 """
 
 from dataclasses import dataclass

@@ -15,8 +15,12 @@ class Box:
 
     def sample(self, key: jax.Array, shape: tuple[int, ...] = ()) -> jax.Array:
         """Uniform points, (*shape, dimensions)."""
+        return self.point(jax.random.uniform(key, (*shape, len(self.low))))
+
+    def point(self, unit: jax.Array) -> jax.Array:
+        """The point (..., dimensions) at coordinates in [0, 1] between the low and high corner."""
         low, high = jnp.array(self.low), jnp.array(self.high)
-        return jax.random.uniform(key, (*shape, len(self.low)), minval=low, maxval=high)
+        return low + unit * (high - low)
 
     def clip(self, point: jax.Array) -> jax.Array:
         """The nearest point of the box."""

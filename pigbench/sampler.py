@@ -1,6 +1,6 @@
 """Batches with relabelled goals, as a pure function of a key.
 
-Drawing indices is apart from gathering rows, so that rows may live on the device or on the host.
+Drawing indices is apart from gathering rows, so rows may live on the device or on the host.
 """
 
 import jax
@@ -19,9 +19,7 @@ class Rows:
 
     observations: jax.Array  # (N, observation_size)
     actions: jax.Array  # (N, action_size)
-    episode_ends: (
-        jax.Array
-    )  # (E,) int32: the last row of each episode, ascending; the last is N - 1
+    episode_ends: jax.Array  # (E,) int32: each episode's last row, ascending up to N - 1
 
     @classmethod
     def create(cls, observations: ArrayLike, actions: ArrayLike, terminals: ArrayLike) -> "Rows":

@@ -1,4 +1,4 @@
-"""How to move a cube: a noisy open-loop plan through keyframes, as OGBench's plan oracle makes it."""
+"""How to move a cube: a noisy open-loop plan through keyframes, as OGBench's plan oracle has it."""
 
 import jax
 import jax.numpy as jnp
@@ -16,7 +16,7 @@ TIME_JITTER = 0.2  # of a segment, by which each keyframe is early or late
 NOISE = 0.1  # standard deviation of the plan's noise, in units of the action scale
 NOISE_SMOOTHING = 0.5  # standard deviation of its Gaussian filter, in control steps
 LIFT = (0.1, 0.2)  # metres above a cube at which it is approached and left
-CLEARANCE_LOW, CLEARANCE_HIGH = (-0.1, -0.1, 0.0), (0.1, 0.1, 0.2)  # detour of the carried cube
+DETOUR = workspace.Box((-0.1, -0.1, 0.0), (0.1, 0.1, 0.2))  # of the carried cube, in metres
 
 # Keyframe -> (segments since the one before, gripper opening there): the plan from top to bottom.
 KEYFRAMES = {
@@ -44,7 +44,7 @@ _FILTER /= _FILTER.sum()
 
 @struct.dataclass
 class Plan:
-    """Effector targets (MAX_STEPS, 5), of which the first `length` () are used, one a control step."""
+    """Effector targets (MAX_STEPS, 5), one a control step; the first `length` () are used."""
 
     targets: jax.Array
     length: jax.Array
@@ -62,8 +62,12 @@ def make(
         cube_yaw: () radians.
         target: where the cube goes.
     """
-    lift_key, clearance_key, final_key, yaw_key, time_key, noise_key = jax.random.split(key, 6)
-    lifts = jax.random.uniform(lift_key, (2,), minval=LIFT[0], maxval=LIFT[1])
+    noise_key, key = jax.random.split(key)
+    # One call for all uniform draws: every call more costs compile time.
+    lift_unit, detour_unit, final_unit, yaw_unit, time_unit = jnp.split(
+        jax.random.uniform(key, (2 + 3 + 3 + 1 + len(KEYFRAMES),)), (2, 5, 8, 9)
+    )
+    lifts = LIFT[0] + lift_unit * (LIFT[1] - LIFT[0])
 
     def above(pose: jax.Array, height: jax.Array) -> jax.Array:
         return pose.at[2].add(height)
@@ -74,17 +78,14 @@ def make(
     lift = above(pick, lifts[0])
     place = jnp.append(target.pos, _grasp_yaw(pick_yaw, target.yaw))
     above_place = above(place, lifts[1])
-    detour = jax.random.uniform(
-        clearance_key,
-        (3,),
-        minval=jnp.array(CLEARANCE_LOW),
-        maxval=jnp.array(CLEARANCE_HIGH),
+    clearance = (
+        _screw_midpoint(lift, above_place)
+        .at[2]
+        .set(initial[2])
+        .at[:3]
+        .add(DETOUR.point(detour_unit))
     )
-    clearance = _screw_midpoint(lift, above_place).at[2].set(initial[2]).at[:3].add(detour)
-    final = jnp.append(
-        workspace.PINCH_START.sample(final_key),
-        jax.random.uniform(yaw_key, minval=-jnp.pi, maxval=jnp.pi),
-    )
+    final = jnp.append(workspace.PINCH_START.point(final_unit), jnp.pi * (2 * yaw_unit - 1))
     poses = {
         "initial": initial,
         "above_pick": lift,
@@ -98,8 +99,8 @@ def make(
         "retreat": above_place,
         "final": final,
     }
-    jitter = jax.random.uniform(time_key, (len(KEYFRAMES),), minval=-1.0, maxval=1.0)
-    times = jnp.array(_NOMINAL) + SEGMENT * TIME_JITTER * jitter.at[0].set(0.0)
+    jitter = (2 * time_unit - 1).at[0].set(0.0)
+    times = jnp.array(_NOMINAL) + SEGMENT * TIME_JITTER * jitter
     steps = CONTROL_STEP * jnp.arange(MAX_STEPS)
     length = jnp.sum(steps < times[-1])
     path = _interpolate(steps, times, jnp.stack([poses[name] for name in KEYFRAMES]))

@@ -39,7 +39,7 @@ class PlayPolicy(Policy[PlayState]):
         return control.action_towards(self.scene, physics_state, state.plan.targets[now])
 
     def advance(self, key: jax.Array, state: PlayState, physics_state: PhysicsState) -> PlayState:
-        """After the action was carried out: go on, or begin the next plan when this one has ended."""
+        """After the action: go on, or begin the next plan when this one has ended."""
         going_on = state.replace(time=state.time + 1)
         ended = self.ended(state)
         fresh = self._begin(key, physics_state, state.stacking, next_stacking=state.stacking)

@@ -1,4 +1,4 @@
-"""What a scripted policy does, for one episode: pure functions of a key and the simulation's state."""
+"""What a scripted policy does: pure functions of a key and the simulation's state."""
 
 import abc
 from typing import Generic, TypeVar

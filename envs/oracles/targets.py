@@ -1,4 +1,4 @@
-"""Which cube to move next, and where to: the distribution of targets of OGBench's data collection."""
+"""Which cube to move next, and where to, distributed as in OGBench's data collection."""
 
 import jax
 import jax.numpy as jnp
@@ -31,28 +31,26 @@ def is_top(cubes: jax.Array) -> jax.Array:
 
 
 def draw(key: jax.Array, cubes: jax.Array, stacking: jax.Array | float) -> Target:
-    """A target for one of the top cubes: on another top cube with probability `stacking`, else on the floor.
+    """A target for a top cube: on another top cube with probability `stacking`, else on the floor.
 
     Args:
         key: random key.
         cubes: (num_cubes, 3) positions in metres.
         stacking: () probability.
     """
-    cube_key, stack_key, base_key, xy_key, yaw_key = jax.random.split(key, 5)
+    # One call for all draws: every call more costs compile time.
+    cube_unit, base_unit, stack_unit, yaw_unit, *xy_unit = jax.random.uniform(key, (6,))
     top = is_top(cubes)
-    cube = _choose(cube_key, top)
+    cube = _choose(cube_unit, top)
     others = top.at[cube].set(False)
-    base = cubes[_choose(base_key, others)]
-    stack = jnp.any(others) & (jax.random.uniform(stack_key) < stacking)
-    on_floor = jnp.append(workspace.CUBE.sample(xy_key), CUBE_HALF_SIZE)
+    base = cubes[_choose(base_unit, others)]
+    stack = jnp.any(others) & (stack_unit < stacking)
+    on_floor = jnp.append(workspace.CUBE.point(jnp.stack(xy_unit)), CUBE_HALF_SIZE)
     on_cube = base.at[2].add(2 * CUBE_HALF_SIZE)
-    return Target(
-        cube=cube,
-        pos=jnp.where(stack, on_cube, on_floor),
-        yaw=jax.random.uniform(yaw_key, maxval=2 * jnp.pi),
-    )
+    return Target(cube=cube, pos=jnp.where(stack, on_cube, on_floor), yaw=2 * jnp.pi * yaw_unit)
 
 
-def _choose(key: jax.Array, allowed: jax.Array) -> jax.Array:
-    """A uniform index among those allowed; any index where none is."""
-    return jax.random.categorical(key, jnp.where(allowed, 0.0, -jnp.inf))
+def _choose(unit: jax.Array, allowed: jax.Array) -> jax.Array:
+    """The index that `unit` () in [0, 1) picks of those allowed, in equal shares; 0 if none is."""
+    ranks = jnp.cumsum(allowed)
+    return jnp.argmax(ranks > jnp.floor(unit * ranks[-1]))

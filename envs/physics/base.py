@@ -9,7 +9,7 @@ from flax import struct
 
 from pigbench.envs.scene import Scene
 
-# No joint or cube of these scenes ever moves this fast (m/s or rad/s): beyond it a simulation has diverged.
+# Nothing in these scenes ever moves this fast (m/s or rad/s): beyond it a simulation has diverged.
 MAX_SPEED = 1e3
 
 

@@ -86,7 +86,9 @@ def test_the_loss_against_numpy(kind):
     with jax.enable_x64(True):
         agent = build(discount=0.9, expectile=0.8, regularizer=Regularizer(kind, weight=0.7))
         params, other = (
-            jax.tree.map(lambda leaf: leaf.astype(jnp.float64), agent.init(jax.random.key(seed)))
+            jax.tree.map(
+                lambda leaf: leaf.astype(jnp.float64), jax.jit(agent.init)(jax.random.key(seed))
+            )
             for seed in (0, 1)
         )
         targets = other["value"]
@@ -113,7 +115,7 @@ def test_the_loss_against_numpy(kind):
             temperature=10.0,
         )
 
-        loss, metrics = agent.loss(params, {"value": targets}, batch, jax.random.key(0))
+        loss, metrics = jax.jit(agent.loss)(params, {"value": targets}, batch, jax.random.key(0))
         assert metrics["value/td_loss"] == pytest.approx(td_loss, rel=1e-9)
         assert metrics["value/regularization"] == pytest.approx(regularization, rel=1e-6)
         assert metrics["actor/loss"] == pytest.approx(actor_loss, rel=1e-9)
@@ -122,10 +124,11 @@ def test_the_loss_against_numpy(kind):
 
 def test_the_actor_loss_trains_the_policy_alone():
     agent = build()
-    params = agent.init(jax.random.key(0))
+    params = jax.jit(agent.init)(jax.random.key(0))
     batch = random_batch(np.random.default_rng(0))
     targets = {"value": params["value"]}
 
+    @jax.jit
     def gradients(batch):
         return jax.grad(agent.loss, has_aux=True)(params, targets, batch, jax.random.key(0))[0]
 
@@ -136,17 +139,20 @@ def test_the_actor_loss_trains_the_policy_alone():
     assert min(jax.tree.leaves(changes["policy"])) > 1e-3
 
 
-def point_mass_rows(episodes=200, length=40, speed=0.1):
-    """A point in the square [-1, 1]^2 that moves by its action, under a persistent random walk."""
+def point_mass_rows(episodes=200, length=40):
+    """A point in the square [-5, 5]^2 that moves by its action, on walks that turn now and then.
+
+    A step of full speed has length 1 or more, so all three methods' assumptions roughly hold.
+    """
     rng = np.random.default_rng(0)
-    states = [rng.uniform(-1, 1, size=(episodes, 2))]
+    states = [rng.uniform(-5, 5, size=(episodes, 2))]
     heading = rng.uniform(-1, 1, size=(episodes, 2))
     actions = []
     for _ in range(length):
         turn = rng.uniform(size=(episodes, 1)) < 0.2
         heading = np.where(turn, rng.uniform(-1, 1, size=(episodes, 2)), heading)
         actions.append(heading)
-        states.append(np.clip(states[-1] + speed * heading, -1, 1))
+        states.append(np.clip(states[-1] + heading, -5, 5))
     rows = (np.stack(column[:length], axis=1).reshape(-1, 2) for column in (states, actions))
     terminals = np.tile(np.arange(length) == length - 1, episodes)
     return sampler.Rows.create(*(column.astype(np.float32) for column in rows), terminals)
@@ -171,14 +177,14 @@ def test_reaches_goals_of_a_point_mass(name):
     @jax.jit
     def train_and_act(key):
         state = agents.create(agent, key)
-        state, _ = jax.lax.scan(step, state, jax.random.split(key, 1500))
-        starts, goals = jax.random.uniform(key, (2, 100, 2), minval=-0.9, maxval=0.9)
+        state, _ = jax.lax.scan(step, state, jax.random.split(key, 2000))
+        starts, goals = jax.random.uniform(key, (2, 100, 2), minval=-4.5, maxval=4.5)
 
         def move(states, _):
-            states += 0.1 * agent.act(state.params, states, goals, key)
-            return jnp.clip(states, -1, 1), jnp.linalg.norm(states - goals, axis=-1)
+            states += agent.act(state.params, states, goals, key)
+            return jnp.clip(states, -5, 5), jnp.linalg.norm(states - goals, axis=-1)
 
-        return jax.lax.scan(move, starts, length=50)[1]
+        return jax.lax.scan(move, starts, length=30)[1]
 
-    reached = (train_and_act(jax.random.key(0)) < 0.1).any(axis=0)
-    assert reached.mean() >= 0.9
+    reached = (train_and_act(jax.random.key(0)) < 0.5).any(axis=0)
+    assert reached.mean() >= 0.8

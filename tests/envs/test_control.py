@@ -1,0 +1,85 @@
+"""Servo targets against what OGBench's `set_control` writes, at the same states and actions."""
+
+import jax
+import numpy as np
+import pytest
+from ogbench.manipspace.lie import SO3
+
+from pigbench.envs import control
+from pigbench.envs.physics.mujoco import MujocoPhysics
+
+NAME = "cube-double"
+STATES = 100
+
+
+@pytest.fixture(scope="module")
+def states(scene, play):
+    """Ours at states of OGBench's play, gripper tilted by what the servos lag."""
+    recording = play(NAME, 1500)
+    rows = np.linspace(0, 1499, STATES).astype(int)
+    qpos, qvel = (np.float32(x[rows]) for x in (recording.qpos, recording.qvel))
+    return jax.jit(jax.vmap(MujocoPhysics(scene(2)).init))(qpos, qvel)
+
+
+def actions(seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-1, 1, (STATES, 5)).astype(np.float32)
+
+
+def test_action_scale(ogbench_env):
+    env = ogbench_env(NAME)
+    np.testing.assert_array_equal(control.ACTION_SCALE, env.action_high)
+    np.testing.assert_array_equal(control.ACTION_SCALE, -env.action_low)
+    assert env.action_space.shape == (control.ACTION_SIZE,)
+
+
+def test_servo_targets(scene, place, states):
+    given = actions(0)
+    ours = jax.vmap(lambda state, action: control.servo_targets(scene(2), state, action))(
+        states, given
+    )
+    for row in range(STATES):
+        env = place(NAME, states.qpos[row], states.qvel[row])
+        env.set_control(given[row])
+        np.testing.assert_allclose(ours[row, :6], env.data.ctrl[:6], atol=2e-3)
+        np.testing.assert_allclose(ours[row, 6], env.data.ctrl[6], atol=1e-2)
+
+
+def test_targets_stay_in_the_workspace(scene, states):
+    """The largest action from anywhere ends where OGBench's clipped target does: see above. Here the edge."""
+    built = scene(2)
+    low = np.array([-1, -1, -1, 0, -1], np.float32)
+    one = jax.tree.map(lambda x: x[0], states)
+    corner = one.replace(pinch_pos=np.array([0.26, -0.34, 0.03], np.float32))
+    edge = one.replace(pinch_pos=np.array([0.25, -0.35, 0.02], np.float32))
+    still = np.array([0, 0, 0, 0, -1], np.float32)
+    np.testing.assert_allclose(
+        control.servo_targets(built, corner, low),
+        control.servo_targets(built, edge, still),
+        atol=1e-5,
+    )
+
+
+def test_action_towards_is_what_ogbenchs_oracle_asks_for(scene, place, states):
+    targets = np.random.default_rng(1).uniform(
+        [0.25, -0.35, 0.02, -np.pi, 0], [0.6, 0.35, 0.35, np.pi, 1], (STATES, 5)
+    )
+    ours = jax.vmap(lambda state, target: control.action_towards(scene(2), state, target))(
+        states, targets
+    )
+    for row in range(STATES):
+        env = place(NAME, states.qpos[row], states.qvel[row])
+        info = env.compute_ob_info()
+        names = ("effector_pos", "effector_yaw", "gripper_opening")
+        effector = np.concatenate([info[f"proprio/{name}"] for name in names])
+        expected = env.normalize_action(targets[row] - effector)
+        np.testing.assert_allclose(ours[row], expected, atol=1e-4)
+
+
+def test_effector(scene, place, states):
+    ours = jax.vmap(lambda state: control.effector(scene(2), state))(states)
+    for row in range(STATES):
+        env = place(NAME, states.qpos[row], states.qvel[row])
+        pinch = env.data.site("ur5e/robotiq/pinch")
+        yaw = SO3.from_matrix(pinch.xmat.reshape(3, 3)).compute_yaw_radians()
+        opening = np.clip(env.data.joint("ur5e/robotiq/right_driver_joint").qpos / 0.8, 0, 1)
+        np.testing.assert_allclose(ours[row], [*pinch.xpos, yaw, *opening], atol=1e-5)

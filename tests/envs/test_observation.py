@@ -1,0 +1,89 @@
+"""The observation at equal qpos and qvel, against OGBench's."""
+
+import jax
+import numpy as np
+import pytest
+
+from pigbench.envs.observation import Layout
+from pigbench.envs.physics.mujoco import MujocoPhysics
+
+SIZES = {"cube-single": 1, "cube-double": 2, "cube-triple": 3, "cube-quadruple": 4}
+STEPS = {name: 1500 if name == "cube-double" else 400 for name in SIZES}
+
+
+@pytest.mark.parametrize("num_cubes", [1, 2, 3, 4, 8])
+def test_layout(num_cubes):
+    layout = Layout(num_cubes)
+    assert layout.size == 28 + 9 * (num_cubes - 1)
+    cubes = [f"cube_{i}_{term}" for i in range(num_cubes) for term in ("pos", "quat", "yaw")]
+    robot = ["joint_pos", "joint_vel", "effector_pos", "effector_yaw"]
+    assert list(layout) == [*robot, "gripper_opening", "gripper_contact", *cubes]
+    stops = [0, *(layout[name].stop for name in layout)]
+    assert [layout[name].start for name in layout] == stops[:-1]
+    assert stops[-1] == layout.size
+    assert len(layout) == 6 + 3 * num_cubes
+    with pytest.raises(KeyError):
+        layout["cube_9_pos"]
+
+
+def stacked_qpos(home: np.ndarray, num_cubes: int) -> np.ndarray:
+    """All cubes in one stack, each turned a little more."""
+    qpos = home.copy()
+    for i in range(num_cubes):
+        yaw = 0.2 * i
+        quat = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+        qpos[14 + 7 * i : 21 + 7 * i] = [0.35, 0.25, 0.0199 + 0.0399 * i, *quat]
+    return qpos
+
+
+def worst_differences(scene, place, name: str, qpos: np.ndarray, qvel: np.ndarray):
+    """Largest differences over the states: of the contact number, and of all others."""
+    qpos, qvel = np.float32(qpos), np.float32(qvel)
+    built, layout = scene(SIZES[name]), Layout(SIZES[name])
+    states = jax.jit(jax.vmap(MujocoPhysics(built).init))(qpos, qvel)
+    ours = jax.vmap(lambda state: layout.observe(built, state))(states)
+    assert ours.dtype == np.float32
+    theirs = [place(name, *state).compute_observation() for state in zip(qpos, qvel, strict=True)]
+    difference = np.abs(ours - np.array(theirs))
+    contact = layout["gripper_contact"]
+    return difference[:, contact].max(), np.delete(difference, contact, axis=1).max()
+
+
+@pytest.mark.parametrize("name", SIZES)
+@pytest.mark.parametrize("kind", ["free", "grasping", "stacked"])
+def test_observation(scene, play, place, name, kind):
+    recording = play(name, STEPS[name])
+    qpos, qvel = recording.qpos, recording.qvel
+    if kind == "stacked":
+        qpos = stacked_qpos(scene(SIZES[name]).home_qpos, SIZES[name])[None]
+        qvel = np.zeros_like(qvel[:1])
+    else:
+        grasping = recording.contact > 0.1
+        rows = np.flatnonzero(grasping if kind == "grasping" else ~grasping)
+        rows = rows[:: max(1, len(rows) // 40)]
+        assert len(rows) >= 20
+        qpos, qvel = qpos[rows], qvel[rows]
+    contact, rest = worst_differences(scene, place, name, qpos, qvel)
+    print(f"{name}, {kind}: contact {contact:.1e}, rest {rest:.1e}")
+    assert contact <= 0.05
+    assert rest <= 1e-4
+
+
+def test_stacks_of_play(scene, play, place):
+    recording = play("cube-double", STEPS["cube-double"])
+    rows = np.flatnonzero(recording.stacked)[::5]
+    assert len(rows) >= 10
+    contact, rest = worst_differences(
+        scene, place, "cube-double", recording.qpos[rows], recording.qvel[rows]
+    )
+    assert contact <= 0.05
+    assert rest <= 1e-4
+
+
+def test_opening_and_contact_are_clipped(scene):
+    built, layout = scene(1), Layout(1)
+    state = MujocoPhysics(built).init(built.home_qpos)
+    state = state.replace(qpos=state.qpos.at[built.driver].set(0.9), pad_force=np.float32(1000.0))
+    observation = layout.observe(built, state)
+    assert observation[layout["gripper_opening"]] == 3.0
+    assert observation[layout["gripper_contact"]] == 1.0

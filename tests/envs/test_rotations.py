@@ -1,0 +1,53 @@
+"""Against SciPy's rotations and OGBench's search over symmetries."""
+
+import numpy as np
+import pytest
+from ogbench.manipspace.oracles.plan.plan_oracle import PlanOracle
+from scipy.spatial.transform import Rotation
+
+from pigbench.envs import rotations
+
+
+def test_wrap_keeps_the_angle_and_brings_it_into_one_turn():
+    angles = np.random.default_rng(0).uniform(-30, 30, 500)
+    wrapped = np.asarray(rotations.wrap(angles))
+    assert np.all((wrapped >= -np.pi) & (wrapped < np.pi))
+    np.testing.assert_allclose(np.exp(1j * wrapped), np.exp(1j * angles), atol=1e-5)
+
+
+def test_nearest_turn():
+    # 0.5 is one turn less than 6.78..., whose nearest neighbour to 7 it is.
+    assert rotations.nearest_turn(0.5, 7.0) == pytest.approx(0.5 + 2 * np.pi, abs=1e-6)
+    assert rotations.nearest_turn(0.5, -1.0) == pytest.approx(0.5)
+    assert rotations.nearest_turn(3.0, -3.0) == pytest.approx(3.0 - 2 * np.pi, abs=1e-6)
+
+
+def test_yaw_quat_turns_about_z():
+    yaws = np.random.default_rng(0).uniform(-7, 7, (4, 5))
+    quats = np.asarray(rotations.yaw_quat(yaws))
+    assert quats.shape == (4, 5, 4)
+    turned = Rotation.from_quat(quats.reshape(-1, 4), scalar_first=True).as_matrix()
+    expected = Rotation.from_euler("z", yaws.reshape(-1, 1)).as_matrix()
+    np.testing.assert_allclose(turned, expected, atol=1e-5)
+
+
+def test_quat_yaw_is_the_yaw_of_roll_pitch_yaw():
+    random = Rotation.random(300, rng=np.random.default_rng(0))
+    yaw = np.asarray(rotations.quat_yaw(random.as_quat(scalar_first=True)))
+    expected = random.as_euler("ZYX")[:, 0]
+    np.testing.assert_allclose(np.exp(1j * yaw), np.exp(1j * expected), atol=1e-4)
+
+
+def test_nearest_symmetry_finds_what_ogbench_searches():
+    rng = np.random.default_rng(0)
+    for effector, cube in rng.uniform(0, 2 * np.pi, (200, 2)):
+        pose = PlanOracle.shortest_yaw(None, effector, cube, np.zeros(3))
+        expected = pose.rotation().compute_yaw_radians()
+        found = rotations.nearest_symmetry(cube, effector)
+        assert abs(found - effector) <= np.pi / 4 + 1e-5
+        np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * expected), atol=1e-5)
+
+
+def test_symmetry_of_another_fold():
+    # Up to half turns, 0.1 looks like 0.1 + pi, which lies nearest to 3.
+    assert rotations.nearest_symmetry(0.1, 3.0, fold=2) == pytest.approx(0.1 + np.pi, abs=1e-6)

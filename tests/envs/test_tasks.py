@@ -1,0 +1,34 @@
+"""Tasks, episode limits and names, equal to those `ogbench` registers."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+from pigbench import envs
+from pigbench.envs.tasks import TASKS
+
+
+@pytest.mark.parametrize("name", envs.names())
+def test_tasks(ogbench_env, name):
+    theirs = ogbench_env(name, "task").task_infos
+    assert [task.name for task in TASKS[name]] == [info["task_name"] for info in theirs]
+    for task, info in zip(TASKS[name], theirs, strict=True):
+        np.testing.assert_allclose(task.start_xyz, info["init_xyzs"], atol=1e-12, err_msg=task.name)
+        np.testing.assert_allclose(task.goal_xyz, info["goal_xyzs"], atol=1e-12, err_msg=task.name)
+
+
+@pytest.mark.parametrize("name", envs.names())
+def test_limits_and_sizes(ogbench_env, name):
+    spec = envs.SPECS[name]
+    assert spec.episode_length == gymnasium.spec(f"{name}-v0").max_episode_steps
+    assert spec.num_cubes == ogbench_env(name, "task")._num_cubes
+    assert spec.tasks is TASKS[name]
+
+
+def test_every_cube_environment_of_ogbench_is_here():
+    registered = {
+        spec.removesuffix("-v0")
+        for spec in gymnasium.registry
+        if spec.startswith("cube-") and "singletask" not in spec
+    }
+    assert set(envs.names()) == registered
