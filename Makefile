@@ -1,7 +1,7 @@
 # make quickstart   generate data, train two methods, evaluate them, print the table, save the plot
 # make test         the whole test suite
 # make lint         format, lint and type checks
-PYTHON ?= python3.11
+PYTHON ?= python3
 BIN := .venv/bin
 WORK ?= runs/quickstart
 ENVIRONMENT := cube-single
@@ -34,4 +34,7 @@ test: .venv/installed
 lint: .venv/installed
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
-	$(BIN)/pyright
+	rm -rf build
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --target build/installed .
+	cp pyproject.toml build/installed
+	$(BIN)/pyright --project build/installed --pythonpath $(BIN)/python

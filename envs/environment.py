@@ -2,7 +2,7 @@
 
 import contextlib
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -38,9 +38,10 @@ class Spec:
 class CubeEnv(Env):
     """A UR5e that rearranges cubes.
 
-    The observation is `layout`'s, the action (5,) in [-1, 1] that of `envs.control`. The reward is 1
-    on success, else 0. An episode is done when every cube lies within SUCCESS_DISTANCE of its target,
-    or the simulation has diverged; time limits are a wrapper's (`episode_length` is OGBench's).
+    The observation is `layout`'s, the action (5,) in [-1, 1] that of `envs.control`. The reward is
+    1 on success, else 0. An episode is done when every cube lies within SUCCESS_DISTANCE of its
+    target, or the simulation has diverged; time limits are a wrapper's (`episode_length` is
+    OGBench's).
 
     `state.info` has goal (the goal's observation), target (num_cubes, 3), task (an id from 1, or
     USER_TASK), success and diverged (bool). All methods are for one environment: vmap them.
@@ -90,7 +91,7 @@ class CubeEnv(Env):
         order = jax.random.permutation(order_key, self.spec.num_cubes)
         index = jnp.asarray(task, jnp.int32) - 1
         state = self.reset_to(key, self._start[index][order], self._goal[index][order])
-        return state.replace(info=state.info | {"task": index + 1})
+        return replace(state, info=state.info | {"task": index + 1})
 
     def reset_to(self, key: jax.Array, start: jax.Array, goal: jax.Array) -> State:
         """Start with the cubes near `start` and their targets at `goal`, (num_cubes, 3) in metres.
@@ -178,7 +179,8 @@ class CubeEnv(Env):
         diverged = physics_state.diverged
         success = jnp.all(distances <= SUCCESS_DISTANCE) & ~diverged
         reward = success.astype(jnp.float32)
-        return state.replace(
+        return replace(
+            state,
             pipeline_state=physics_state,
             obs=self.observe(physics_state),
             reward=reward,

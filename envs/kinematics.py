@@ -22,7 +22,8 @@ def inverse(pinch_pos: jax.Array, pinch_yaw: jax.Array, near: jax.Array) -> jax.
     Args:
         pinch_pos: (..., 3) in metres, in the world's frame.
         pinch_yaw: (...) in radians.
-        near: (..., 6) joint angles; of equal solutions by whole turns, the one nearest to these.
+        near: (..., 6) joint angles; of solutions equal by whole turns, the one in which the joints
+            turn least from these, and the tool (not the last joint, which carries it) turns least.
 
     Returns:
         Joint angles, (..., 6). A point out of reach gives the arm stretched towards it.
@@ -45,4 +46,6 @@ def inverse(pinch_pos: jax.Array, pinch_yaw: jax.Array, near: jax.Array) -> jax.
     wrist_2 = jnp.full_like(elbow, -jnp.pi / 2)
     wrist_3 = shoulder_pan + jnp.pi / 2 - pinch_yaw
     joints = jnp.stack([shoulder_pan, shoulder_lift, elbow, wrist_1, wrist_2, wrist_3], axis=-1)
-    return nearest_turn(joints, near)
+    # Where the last joint would have to stand for the tool to keep its yaw.
+    steady = near[..., 5] + nearest_turn(shoulder_pan, near[..., 0]) - near[..., 0]
+    return nearest_turn(joints, jnp.append(near[..., :5], steady[..., None], axis=-1))

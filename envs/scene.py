@@ -5,6 +5,9 @@ walls, as explicit pairs. Two profiles of one scene: `exact` gives each finger O
 boxes, `fast` one box a finger.
 """
 
+# mujoco's compiled modules carry no types.
+# pyright: reportAttributeAccessIssue=false
+
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations

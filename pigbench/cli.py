@@ -96,10 +96,7 @@ def _overview() -> str:
 
 def _parse(kind: Any, arguments: Sequence[str], *, program: str) -> Any:
     """The command's instance with its fields from `arguments`; `--help` prints and exits."""
-    if hasattr(kind, "specialize"):
-        kind, default = kind.specialize(arguments)
-    else:
-        default = None
+    default = kind.defaults(arguments) if hasattr(kind, "defaults") else None
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):

@@ -1,5 +1,7 @@
 """The `play` policy: plan after plan, each for a random cube and target."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 from flax import struct
@@ -40,7 +42,7 @@ class PlayPolicy(Policy[PlayState]):
 
     def advance(self, key: jax.Array, state: PlayState, physics_state: PhysicsState) -> PlayState:
         """After the action: go on, or begin the next plan when this one has ended."""
-        going_on = state.replace(time=state.time + 1)
+        going_on = replace(state, time=state.time + 1)
         ended = self.ended(state)
         fresh = self._begin(key, physics_state, state.stacking, next_stacking=state.stacking)
         return jax.tree.map(lambda new, old: jnp.where(ended, new, old), fresh, going_on)

@@ -1,6 +1,7 @@
 """What every physics engine does: advance one simulation by one control step."""
 
 import abc
+from dataclasses import replace
 from typing import ClassVar
 
 import jax
@@ -58,16 +59,20 @@ class Physics(abc.ABC):
         """One control step under `ctrl` (7,): arm joint targets and gripper control.
 
         A simulation that is not `active`, or has diverged, stays as it is and costs nothing
-        where the engine can skip it.
+        where the engine can skip it. A control that is not finite makes it diverge.
         """
         active = jnp.logical_and(active, ~state.diverged)
-        return self._accept(state, self._advance(state, ctrl, active), active)
+        # Engines take such a control for zero, and go on.
+        sane = jnp.all(jnp.isfinite(ctrl))
+        return self._accept(state, self._advance(state, ctrl, active), active, sane)
 
     @staticmethod
-    def _accept(old: PhysicsState, new: PhysicsState, active: jax.Array) -> PhysicsState:
-        sane = jnp.all(jnp.isfinite(new.qpos)) & jnp.all(jnp.abs(new.qvel) < MAX_SPEED)
+    def _accept(
+        old: PhysicsState, new: PhysicsState, active: jax.Array, sane: jax.Array | bool = True
+    ) -> PhysicsState:
+        sane &= jnp.all(jnp.isfinite(new.qpos)) & jnp.all(jnp.abs(new.qvel) < MAX_SPEED)
         state = jax.tree.map(lambda a, b: jnp.where(active & sane, b, a), old, new)
-        return state.replace(diverged=old.diverged | (active & ~sane))
+        return replace(state, diverged=old.diverged | (active & ~sane))
 
     @abc.abstractmethod
     def _forward(self, state: PhysicsState) -> PhysicsState:

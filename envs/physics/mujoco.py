@@ -1,6 +1,8 @@
 """MuJoCo in C on all cores, behind a host callback."""
 
 import os
+import threading
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -21,6 +23,7 @@ class MujocoPhysics(Physics):
         super().__init__(scene)
         self._threads = threads or len(os.sched_getaffinity(0))
         self._batches: dict[int, Batch] = {}
+        self._lock = threading.Lock()  # a batch serves one thread of the caller's at a time
 
     def _forward(self, state: PhysicsState) -> PhysicsState:
         ctrl = jnp.zeros(self.scene.model.nu)
@@ -43,11 +46,18 @@ class MujocoPhysics(Physics):
 
     def _run(self, substeps: int, state: PhysicsState, ctrl, active) -> PhysicsState:
         """On the host, in NumPy: any leading dimensions are simulations of one batch."""
-        leading = np.shape(active)
-        batch = self._batch(int(np.prod(leading)))
+        # Fetched before the lock is taken, which must not be held while JAX is waited for.
+        state, ctrl, active = jax.tree.map(np.asarray, (state, ctrl, active))
+        with self._lock:
+            return self._run_batch(substeps, state, ctrl, active)
+
+    def _run_batch(
+        self, substeps: int, state: PhysicsState, ctrl: np.ndarray, active: np.ndarray
+    ) -> PhysicsState:
+        batch = self._batch(active.size)
 
         def rows(x) -> np.ndarray:
-            return np.reshape(np.asarray(x), (batch.nsim, -1))
+            return np.reshape(x, (batch.nsim, -1))
 
         batch.qpos[:] = rows(state.qpos)
         batch.qvel[:] = rows(state.qvel)
@@ -68,18 +78,19 @@ class MujocoPhysics(Physics):
         pinch = batch.site("pinch")
         rotation = pinch.xmat
         wrench = batch.body("right_pad").cfrc_ext
-        new = PhysicsState(
-            qpos=qpos,
-            qvel=batch.qvel,
-            warmstart=batch.qacc_warmstart,
-            pinch_pos=pinch.xpos,
-            pinch_yaw=np.arctan2(rotation[:, 3], rotation[:, 0]),
-            pad_force=np.linalg.norm(wrench, axis=-1),
-            diverged=np.asarray(state.diverged),
-        )
-        return jax.tree.map(
-            lambda x, old: np.reshape(x, np.shape(old)).astype(old.dtype), new, state
-        )
+        new = {
+            "qpos": qpos,
+            "qvel": batch.qvel,
+            "warmstart": batch.qacc_warmstart,
+            "pinch_pos": pinch.xpos,
+            "pinch_yaw": np.arctan2(rotation[:, 3], rotation[:, 0]),
+            "pad_force": np.linalg.norm(wrench, axis=-1),
+        }
+        shaped = {
+            name: np.reshape(x, np.shape(getattr(state, name))).astype(np.float32)
+            for name, x in new.items()
+        }
+        return replace(state, **shaped)
 
     def _batch(self, nsim: int) -> Batch:
         if nsim not in self._batches:

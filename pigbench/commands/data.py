@@ -5,7 +5,7 @@ from pathlib import Path
 
 import tyro
 
-from pigbench import dataset, manifest
+from pigbench.data import dataset, manifest
 from pigbench.errors import UserError
 
 

@@ -6,11 +6,12 @@ from pathlib import Path
 import jax
 import tyro
 
-from pigbench import agents, envs, episodes
-from pigbench.checkpoints import Checkpoints
+from pigbench import agents, envs
 from pigbench.errors import UserError
-from pigbench.evaluate import Evaluation, as_episodes, make_evaluator
-from pigbench.runs import agent_config, read_run
+from pigbench.training import episodes
+from pigbench.training.checkpoints import Checkpoints
+from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
+from pigbench.training.run import agent_config, read_run
 
 
 @dataclasses.dataclass(frozen=True)

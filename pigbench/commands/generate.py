@@ -6,13 +6,14 @@ from typing import Annotated
 
 import tyro
 
-from pigbench import collect, envs
-from pigbench.dataset import sizes
-from pigbench.dataset_writer import Writer
+from pigbench import envs
+from pigbench.data import collect
+from pigbench.data.dataset import sizes
+from pigbench.data.manifest import Spec
+from pigbench.data.writer import Writer
 from pigbench.envs.oracles import POLICIES
 from pigbench.errors import UserError, lookup
-from pigbench.manifest import Spec
-from pigbench.provenance import package_versions
+from pigbench.training.provenance import package_versions
 
 
 @dataclasses.dataclass(frozen=True)

@@ -5,14 +5,18 @@ from pathlib import Path
 
 import tyro
 
-from pigbench import agents, envs, plots, stats, tables
-from pigbench.runs import read_run
-from pigbench.stats import Result
+from pigbench import agents, envs
+from pigbench.errors import UserError
+from pigbench.report import plots, stats, tables
+from pigbench.report.stats import Result
+from pigbench.training.run import read_run
 
 Runs = tyro.conf.Positional[tuple[Path, ...]]
 
 
 def _results(runs: tuple[Path, ...]) -> list[Result]:
+    if not runs:
+        raise UserError("no runs are given: name the folder of one or more")
     return stats.read_results(read_run(run) for run in runs)
 
 

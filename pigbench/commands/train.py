@@ -1,35 +1,26 @@
 """`pigbench train`: train one method with one seed."""
 
+import argparse
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Generic, TypeVar
 
 import jax
 import tyro
 
-from pigbench import agents, dataset, envs
+from pigbench import agents, envs
 from pigbench.agents import AgentConfig
-from pigbench.dataset import Dataset
-from pigbench.evaluate import Evaluation
-from pigbench.provenance import provenance
-from pigbench.runs import RunConfig, open_run
-from pigbench.sampler import Rows
-from pigbench.train import Schedule, train
-
-Config = TypeVar("Config", bound=AgentConfig)
-
-
-@dataclasses.dataclass(frozen=True)
-class _Choice:
-    """What decides which other fields there are."""
-
-    method: tyro.conf.Positional[str] = "gcivl"
-    preset: str = "paper"
+from pigbench.data import dataset
+from pigbench.data.dataset import Dataset
+from pigbench.data.sampler import Rows
+from pigbench.training.evaluate import Evaluation
+from pigbench.training.provenance import provenance
+from pigbench.training.run import RunConfig, open_run
+from pigbench.training.train import Schedule, train
 
 
 @dataclasses.dataclass(frozen=True)
-class Train(Generic[Config]):
+class Train:
     """Train one method with one seed, evaluating it as it learns.
 
     Run the same command again after it was cut off: it goes on from the last checkpoint and ends
@@ -42,7 +33,7 @@ class Train(Generic[Config]):
     """Folder of the data set."""
     out: Path
     """Folder of the run."""
-    agent: Config
+    agent: AgentConfig
     """The method's hyper-parameters, by default those of the preset."""
     preset: str = "paper"
     """Preset of hyper-parameters: paper, or cpu for networks that two cores can train."""
@@ -54,19 +45,26 @@ class Train(Generic[Config]):
     """Updates between two lines of metrics."""
     evaluate_every: int = Schedule.evaluate_every
     """Updates between two evaluations; each is followed by a checkpoint."""
-    evaluation: Evaluation = Evaluation()
+    evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
     engine: str = envs.DEFAULT_ENGINE
     """Physics engine of the evaluation."""
 
     @classmethod
-    def specialize(cls, arguments: Sequence[str]) -> tuple[Any, "Train"]:
-        """This class for the chosen method, and its defaults for the chosen preset."""
-        choice, _ = tyro.cli(_Choice, args=arguments, add_help=False, return_unknown_args=True)
-        method = agents.get(choice.method)
-        config = method.preset(choice.preset)
-        default = cls(tyro.MISSING, tyro.MISSING, tyro.MISSING, config, choice.preset)
-        return cls[type(config)], default
+    def defaults(cls, arguments: Sequence[str]) -> "Train":
+        """The defaults of the chosen method and preset, which decide what other fields there are."""
+        parser = argparse.ArgumentParser(add_help=False)
+        parser.add_argument("--preset", default=cls.preset)
+        preset = parser.parse_known_args(arguments)[0].preset
+        named = arguments and not arguments[0].startswith("-")
+        method = agents.get(arguments[0]) if named else agents.get(agents.names()[0])
+        return cls(
+            method=tyro.MISSING,
+            data=tyro.MISSING,
+            out=tyro.MISSING,
+            agent=method.preset(preset),
+            preset=preset,
+        )
 
     def run(self) -> None:
         """Train to the end, or go on where an earlier run was cut off."""

@@ -3,7 +3,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pigbench import agents, sampler
+from pigbench import agents
+from pigbench.data import sampler
 from pigbench.agents import Batch, GCIVLConfig, Regularizer
 
 OBSERVATION_SIZE, ACTION_SIZE = 4, 2

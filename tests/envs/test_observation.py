@@ -1,6 +1,7 @@
 """The observation at equal qpos and qvel, against OGBench's."""
 
 import jax
+import mujoco
 import numpy as np
 import pytest
 
@@ -78,6 +79,29 @@ def test_stacks_of_play(scene, play, place):
     )
     assert contact <= 0.05
     assert rest <= 1e-4
+
+
+def test_after_a_control_step(scene, play, ogbench_env):
+    """Pinch and contact lag qpos by one substep in both."""
+    name = "cube-double"
+    recording, built, layout = play(name, STEPS[name]), scene(2), Layout(2)
+    rows = np.linspace(0, len(recording.qpos) - 1, 60).astype(int)
+    physics = MujocoPhysics(built)
+    qpos, qvel, ctrl = (
+        np.float32(x[rows]) for x in (recording.qpos, recording.qvel, recording.ctrl)
+    )
+    states = jax.vmap(physics.step)(jax.vmap(physics.init)(qpos, qvel), ctrl)
+    ours = jax.vmap(lambda state: layout.observe(built, state))(states)
+    env = ogbench_env(name)
+    for row in range(len(rows)):
+        env.set_state(qpos[row], qvel[row])
+        env.data.ctrl[:] = ctrl[row]
+        mujoco.mj_step(env.model, env.data, nstep=25)
+        mujoco.mj_rnePostConstraint(env.model, env.data)
+        difference = np.abs(ours[row] - env.compute_observation())
+        contact = layout["gripper_contact"]
+        assert difference[contact] <= 0.05
+        assert np.delete(difference, contact).max() <= 1e-4
 
 
 def test_opening_and_contact_are_clipped(scene):

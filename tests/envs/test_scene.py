@@ -196,7 +196,7 @@ CONTACTS: dict[str, tuple[dict, set[tuple[str, str]]]] = {
     "cubes side by side": ({"cube_0": (0.51, 0.1601, 0.0199)}, {("cube_0", "cube_1")}),
     "shut": (
         {"fingers": (0.75, 0.86)},
-        {(f"right_pad_{i}", f"left_pad_{j}") for i, j in ((0, 0), (0, 1), (1, 1))},
+        {(f"right_pad_{i}", f"left_pad_{j}") for i, j in ((0, 0), (1, 0), (1, 1))},
     ),
     "grasp": (
         {"effector": (0.4, 0, 0.02, 0), "fingers": (0.45, 0.45), "cube_0": (0.4, 0, 0.0199)},

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pigbench import episodes, runs
-from pigbench.dataset_writer import Writer
-from pigbench.episodes import Episode
-from pigbench.manifest import Shard, Spec
-from pigbench.runs import Run, RunConfig
+from pigbench.data.manifest import Shard, Spec
+from pigbench.data.writer import Writer
+from pigbench.training import episodes
+from pigbench.training import run as runs
+from pigbench.training.episodes import Episode
+from pigbench.training.run import Run, RunConfig
 
 # Four shards: train-00000 and -00001 of 2 episodes of 4 rows, train-00002 and val-00000 of 1.
 SPEC = Spec(

@@ -1,0 +1,101 @@
+"""Generating an offline data set: a scripted policy in many simulations at once, shard by shard."""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from pigbench.data.manifest import Spec
+from pigbench.data.writer import Writer
+from pigbench.envs import CubeEnv
+from pigbench.envs.oracles import Policy
+from pigbench.envs.physics import PhysicsState
+from pigbench.support.progress import Progress
+
+FIELDS = ("observations", "actions", "terminals", "qpos", "qvel")
+_LONGEST_CHUNK = 100  # control steps between two reports of progress
+
+
+class Simulation(NamedTuple):
+    """One episode under way. A vacant one fills up the last shard's batch and is never stepped."""
+
+    key: jax.Array
+    physics: PhysicsState
+    policy: Any
+    vacant: jax.Array  # () bool
+
+
+def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> None:
+    """Simulate and write every shard that the data set still lacks.
+
+    A shard's episodes depend on the seed, the shard's number and their place in it alone; those
+    whose simulation diverged are dropped and counted.
+    """
+    missing = writer.missing()
+    total = sum(shard.episodes for shard in spec.plan()) * spec.rows_per_episode
+    remaining = sum(shard.episodes for shard in missing) * spec.rows_per_episode
+    begin = jax.jit(jax.vmap(partial(_begin, env, policy)))
+    run = jax.jit(partial(_run, env, policy, steps=_chunk(spec.rows_per_episode)))
+    dropped = 0
+    with Progress("generate", total=total, unit="transitions", done=total - remaining) as progress:
+        for shard in missing:
+            place = np.arange(spec.episodes_per_shard)
+            shard_key = jax.random.fold_in(jax.random.key(spec.seed), shard.number)
+            keys = jax.vmap(partial(jax.random.fold_in, shard_key))(place)
+            simulations = begin(keys, place >= shard.episodes)
+            chunks = []
+            for _ in range(spec.rows_per_episode // _chunk(spec.rows_per_episode)):
+                simulations, chunk = run(simulations)
+                chunks.append(jax.device_get(chunk))
+                note = f"{shard.name}, {dropped} episodes dropped"
+                progress.advance(shard.episodes * _chunk(spec.rows_per_episode), note)
+            kept = ~np.asarray(simulations.vacant | simulations.physics.diverged)
+            dropped += shard.episodes - int(kept.sum())
+            arrays = _episodes(chunks, kept)
+            writer.write(shard, arrays, dropped=shard.episodes - int(kept.sum()))
+
+
+def _chunk(rows: int) -> int:
+    """The longest stretch of steps, within reason, that divides an episode."""
+    return max(steps for steps in range(1, _LONGEST_CHUNK + 1) if rows % steps == 0)
+
+
+def _begin(env: CubeEnv, policy: Policy, key: jax.Array, vacant: jax.Array) -> Simulation:
+    scene_key, policy_key, key = jax.random.split(key, 3)
+    physics = env.random_scene(scene_key)
+    return Simulation(key, physics, policy.reset(policy_key, physics), vacant)
+
+
+def _run(
+    env: CubeEnv, policy: Policy, simulations: Simulation, *, steps: int
+) -> tuple[Simulation, dict[str, jax.Array]]:
+    """Advance a batch of simulations; also the rows, by field, (steps, batch, ...)."""
+
+    def step(simulation: Simulation) -> tuple[Simulation, dict[str, jax.Array]]:
+        key, act_key, advance_key = jax.random.split(simulation.key, 3)
+        before = simulation.physics
+        action = policy.act(act_key, simulation.policy, before)
+        after = env.simulate(before, action, active=~simulation.vacant)
+        row = {
+            "observations": env.observe(before),
+            "actions": action,
+            "qpos": before.qpos,
+            "qvel": before.qvel,
+        }
+        policy_state = policy.advance(advance_key, simulation.policy, after)
+        return Simulation(key, after, policy_state, simulation.vacant), row
+
+    return jax.lax.scan(lambda batch, _: jax.vmap(step)(batch), simulations, length=steps)
+
+
+def _episodes(chunks: list[dict[str, np.ndarray]], kept: np.ndarray) -> dict[str, np.ndarray]:
+    """Rows of the kept episodes, one episode after the other."""
+    arrays = {}
+    for field in chunks[0]:
+        by_step = np.concatenate([chunk[field] for chunk in chunks])[:, kept]
+        by_episode = np.swapaxes(by_step, 0, 1)
+        arrays[field] = np.ascontiguousarray(by_episode.reshape(-1, by_episode.shape[-1]))
+    rows = sum(len(chunk["actions"]) for chunk in chunks)
+    arrays["terminals"] = np.tile(np.arange(rows) == rows - 1, int(kept.sum()))
+    return arrays

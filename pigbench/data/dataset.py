@@ -1,0 +1,148 @@
+"""Reading an offline data set: a folder with a manifest and one folder a shard."""
+
+import dataclasses
+import itertools
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from pigbench.data import manifest, shard
+from pigbench.data.manifest import Manifest, ShardRecord, Spec
+from pigbench.errors import UserError, lookup
+from pigbench.support import files
+
+
+@dataclasses.dataclass(frozen=True)
+class Split:
+    """The shards of one split of a data set."""
+
+    folder: Path
+    spec: Spec
+    records: tuple[ShardRecord, ...]
+
+    @property
+    def rows(self) -> int:
+        """How many rows all shards have together."""
+        return sum(record.rows for record in self.records)
+
+    def shards(self, field: str) -> list[np.ndarray]:
+        """The field of each shard, mapped from the disk and read-only."""
+        lookup("field", dict.fromkeys(self.spec.fields), field)
+        return [shard.read(self.folder, record, field) for record in self.records]
+
+    def concatenate(self, field: str) -> np.ndarray:
+        """The field of all shards in memory: (rows, ...). Raises UserError when it holds NaN."""
+        arrays = self.shards(field)
+        for record, array in zip(self.records, arrays, strict=True):
+            problem = shard.field_problem(self.spec, field, array, rows=record.rows)
+            if problem is not None:
+                path = self.folder / record.name / shard.file_name(field)
+                raise UserError(f"{path} {problem}")
+        return np.concatenate(arrays)
+
+
+@dataclasses.dataclass(frozen=True)
+class Dataset:
+    """A complete data set, opened for reading."""
+
+    folder: Path
+    manifest: Manifest
+
+    @property
+    def spec(self) -> Spec:
+        """What identifies the data."""
+        return self.manifest.spec
+
+    @property
+    def layout(self) -> dict[str, slice]:
+        """The slice of an observation that each of its terms takes, in order."""
+        return slices(self.spec.layout)
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 of the manifest, and so of all the data."""
+        return files.sha256(self.folder / manifest.FILE_NAME)
+
+    def split(self, name: str) -> Split:
+        """The split `name`. Raises UserError when there is none, or nothing in it."""
+        lookup("split", self.spec.episodes, name)
+        records = tuple(record for record in self.manifest.shards if record.split == name)
+        if not any(record.rows for record in records):
+            raise UserError(f"{self.folder} holds no {name} episodes")
+        return Split(self.folder, self.spec, records)
+
+
+def load(folder: Path) -> Dataset:
+    """Opens the data set in `folder`.
+
+    Raises UserError when there is none, when it is unfinished, or when a file is missing or of the
+    wrong size. `verify` checks the content too.
+    """
+    content = manifest.read(folder)
+    missing = content.missing()
+    if missing:
+        raise UserError(
+            f"{folder} is unfinished: {len(missing)} of {len(content.spec.plan())} shards are "
+            "missing; run the same `pigbench generate` again to finish it"
+        )
+    for record in content.shards:
+        for path, problem in shard.file_problems(folder, record):
+            raise UserError(f"{path} {problem}; run the same `pigbench generate` again to mend it")
+    return Dataset(folder, content)
+
+
+def verify(folder: Path) -> list[str]:
+    """Reads every byte of the data set in `folder`; one line for each thing wrong, with its file.
+
+    Raises UserError when there is no readable manifest.
+    """
+    content = manifest.read(folder)
+    unfinished = [f"{folder / part.name} is missing" for part in content.missing()]
+    found = itertools.chain.from_iterable(
+        _shard_problems(folder, content.spec, record) for record in content.shards
+    )
+    return unfinished + [f"{path} {problem}" for path, problem in found]
+
+
+def check_layout(dataset: Dataset, layout: Mapping[str, slice]) -> None:
+    """Raises UserError unless the observations have the environment's `layout`."""
+    pairs = itertools.zip_longest(dataset.spec.layout, sizes(layout))
+    for number, (stored, expected) in enumerate(pairs):
+        if stored != expected:
+            raise UserError(
+                f"{dataset.folder} does not fit the environment: term {number} of an observation "
+                f"is {_term(stored)} in the data and {_term(expected)} in the environment"
+            )
+
+
+def sizes(layout: Mapping[str, slice]) -> tuple[tuple[str, int], ...]:
+    """(name, size) of each term of an observation, from its slice."""
+    return tuple((name, part.stop - part.start) for name, part in layout.items())
+
+
+def slices(terms: tuple[tuple[str, int], ...]) -> dict[str, slice]:
+    """The slice of each term of an observation, from (name, size): the inverse of `sizes`."""
+    stops = itertools.accumulate(size for _, size in terms)
+    return {name: slice(stop - size, stop) for (name, size), stop in zip(terms, stops, strict=True)}
+
+
+def _term(term: tuple[str, int] | None) -> str:
+    return f"{term[0]!r} of size {term[1]}" if term else "nothing"
+
+
+def _shard_problems(folder: Path, spec: Spec, record: ShardRecord) -> Iterator[tuple[Path, str]]:
+    torn = dict(shard.file_problems(folder, record))
+    yield from torn.items()
+    for field in spec.fields:
+        name = shard.file_name(field)
+        path = folder / record.name / name
+        if path in torn:
+            continue
+        if files.sha256(path) != record.files[name].sha256:
+            yield path, "is altered: its SHA-256 is not the manifest's"
+            continue
+        array = shard.read(folder, record, field)
+        problem = shard.field_problem(spec, field, array, rows=record.rows)
+        if problem is not None:
+            yield path, problem

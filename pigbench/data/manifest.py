@@ -1,0 +1,193 @@
+"""What a data set says about itself: its specification and one record for each finished shard.
+
+The manifest is the file `manifest.json` of a data set's folder. It holds no time stamps, and its
+shards are in the order of the plan whatever order they were written in: same data, same bytes.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pigbench.errors import UserError
+from pigbench.support import files
+
+FORMAT = 1
+FILE_NAME = "manifest.json"
+
+
+class Shard(NamedTuple):
+    """One unit of work of a data set.
+
+    `number` is unique over all splits, so that `fold_in(seed, number)` is the shard's random key.
+    """
+
+    name: str
+    split: str
+    number: int
+    episodes: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Spec:
+    """All that identifies a data set before it exists.
+
+    Attributes:
+        environment: the environment's name.
+        policy: the name of the policy that collects.
+        physics: the physics profile, `exact` or `fast`.
+        engine: the physics engine.
+        seed: the seed that every random key is derived from.
+        episodes: how many episodes to simulate for each split, those that diverge included.
+        episodes_per_shard: how many of them share one shard.
+        rows_per_episode: the rows of an episode, its last state included.
+        fields: names of the stored fields, of those in `pigbench.data.shard.DTYPES`.
+        layout: (name, size) of each term of an observation, in order.
+        action_size: how many numbers an action has.
+        versions: the versions of the packages that the numbers depend on.
+    """
+
+    environment: str
+    policy: str
+    physics: str
+    engine: str
+    seed: int
+    episodes: Mapping[str, int]
+    episodes_per_shard: int
+    rows_per_episode: int
+    fields: tuple[str, ...]
+    layout: tuple[tuple[str, int], ...]
+    action_size: int
+    versions: Mapping[str, str]
+
+    @property
+    def observation_size(self) -> int:
+        """How many numbers an observation has."""
+        return sum(size for _, size in self.layout)
+
+    def plan(self) -> tuple[Shard, ...]:
+        """The shards of the complete data set."""
+        pieces = [
+            (f"{split}-{position:05d}", split, min(self.episodes_per_shard, asked - start))
+            for split, asked in sorted(self.episodes.items())
+            for position, start in enumerate(range(0, asked, self.episodes_per_shard))
+        ]
+        return tuple(
+            Shard(name, split, number, episodes)
+            for number, (name, split, episodes) in enumerate(pieces)
+        )
+
+
+@dataclasses.dataclass(frozen=True)
+class FileRecord:
+    """What identifies the content of a file."""
+
+    sha256: str
+    bytes: int
+
+    @classmethod
+    def of(cls, path: Path) -> "FileRecord":
+        """The record of the file `path` as it is now."""
+        return cls(sha256=files.sha256(path), bytes=path.stat().st_size)
+
+
+@dataclasses.dataclass(frozen=True)
+class ShardRecord:
+    """A finished shard: what it holds, and each of its files by name."""
+
+    name: str
+    split: str
+    episodes: int
+    dropped: int
+    rows: int
+    files: Mapping[str, FileRecord]
+
+
+@dataclasses.dataclass(frozen=True)
+class Manifest:
+    """A data set's specification and its finished shards."""
+
+    spec: Spec
+    shards: tuple[ShardRecord, ...] = ()
+
+    def missing(self) -> tuple[Shard, ...]:
+        """The shards of the plan that are not finished."""
+        finished = {shard.name for shard in self.shards}
+        return tuple(shard for shard in self.spec.plan() if shard.name not in finished)
+
+    def with_shards(self, shards: Iterable[ShardRecord]) -> "Manifest":
+        """This manifest with `shards` instead of its own, in the order of the plan."""
+        records = {record.name: record for record in shards}
+        planned = (shard.name for shard in self.spec.plan())
+        return dataclasses.replace(
+            self, shards=tuple(records[name] for name in planned if name in records)
+        )
+
+
+def write(folder: Path, manifest: Manifest) -> None:
+    """Replaces the manifest of the data set in `folder`."""
+    files.write_json(folder / FILE_NAME, {"format": FORMAT, **dataclasses.asdict(manifest)})
+
+
+def read(folder: Path) -> Manifest:
+    """The manifest of the data set in `folder`.
+
+    Raises UserError when there is none, when it is torn, or when its format is not this one.
+    """
+    path = folder / FILE_NAME
+    if not folder.is_dir():
+        raise UserError(f"{folder} does not exist; make a data set with `pigbench generate`")
+    if not path.exists():
+        raise UserError(f"{folder} is no data set: it has no {FILE_NAME}")
+    content = files.read_json(path)
+    version = content.get("format") if isinstance(content, dict) else None
+    if version != FORMAT:
+        raise UserError(f"{path} has format {version!r}; this version reads format {FORMAT}")
+    try:
+        return Manifest(
+            spec=_spec(content["spec"]),
+            shards=tuple(_shard_record(shard) for shard in content["shards"]),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise UserError(f"{path} is torn: {error}") from None
+
+
+def describe(manifest: Manifest) -> str:
+    """A readable summary of the data set, a few lines of text."""
+    spec, shards = manifest.spec, manifest.shards
+    stops = itertools.accumulate(size for _, size in spec.layout)
+    lines = {
+        "environment": spec.environment,
+        "policy": spec.policy,
+        "physics": f"{spec.physics} (engine {spec.engine})",
+        "seed": spec.seed,
+        "versions": ", ".join(f"{name} {version}" for name, version in spec.versions.items()),
+        "fields": ", ".join(spec.fields),
+        "action size": spec.action_size,
+        "shards": f"{len(shards)} of {len(spec.plan())}",
+        "bytes": f"{sum(file.bytes for shard in shards for file in shard.files.values()):,}",
+    }
+    for split, asked in spec.episodes.items():
+        parts = [shard for shard in shards if shard.split == split]
+        lines[split] = (
+            f"{sum(part.rows for part in parts):,} rows, "
+            f"{sum(part.episodes for part in parts):,} of {asked:,} episodes, "
+            f"{sum(part.dropped for part in parts):,} dropped as diverged"
+        )
+    lines["observation"] = f"{spec.observation_size} numbers"
+    for (name, size), stop in zip(spec.layout, stops, strict=True):
+        lines[f"  {name}"] = f"[{stop - size}:{stop}]"
+    width = max(map(len, lines))
+    return "\n".join(f"{name:<{width}}  {text}" for name, text in lines.items())
+
+
+def _spec(content: Mapping[str, Any]) -> Spec:
+    fields = tuple(content["fields"])
+    layout = tuple((name, size) for name, size in content["layout"])
+    return Spec(**{**content, "fields": fields, "layout": layout})
+
+
+def _shard_record(content: Mapping[str, Any]) -> ShardRecord:
+    records = {name: FileRecord(**record) for name, record in content["files"].items()}
+    return ShardRecord(**{**content, "files": records})

@@ -1,0 +1,99 @@
+"""One shard of a data set: a folder with one `.npy` file a field, rows of whole episodes.
+
+`terminals` is true on an episode's last row: where it is false, rows i and i + 1 are a transition.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from pigbench.data.manifest import FileRecord, Shard, ShardRecord, Spec
+from pigbench.errors import UserError
+from pigbench.support import files
+
+DTYPES = {
+    "observations": np.dtype(np.float32),
+    "actions": np.dtype(np.float32),
+    "terminals": np.dtype(np.bool_),
+    "qpos": np.dtype(np.float32),
+    "qvel": np.dtype(np.float32),
+}
+
+
+def file_name(field: str) -> str:
+    """The file of `field` in a shard's folder."""
+    return f"{field}.npy"
+
+
+def write(
+    folder: Path, spec: Spec, shard: Shard, arrays: Mapping[str, np.ndarray], *, dropped: int
+) -> ShardRecord:
+    """Writes the shard's folder into `folder`, whole or not at all, and returns its record.
+
+    `arrays` holds each field of the specification for `shard.episodes - dropped` episodes. Raises
+    ValueError when it is not what the specification says.
+    """
+    episodes = shard.episodes - dropped
+    rows = episodes * spec.rows_per_episode
+    if set(arrays) != set(spec.fields):
+        raise ValueError(f"{shard.name} has fields {sorted(arrays)}, not {sorted(spec.fields)}")
+    for field, array in arrays.items():
+        problem = field_problem(spec, field, array, rows=rows)
+        if problem is not None:
+            raise ValueError(f"{field} of {shard.name} {problem}")
+    with files.replacing_folder(folder / shard.name) as new:
+        for field in spec.fields:
+            _write_array(new / file_name(field), arrays[field])
+        records = {file_name(field): FileRecord.of(new / file_name(field)) for field in spec.fields}
+    return ShardRecord(shard.name, shard.split, episodes, dropped, rows, records)
+
+
+def read(folder: Path, record: ShardRecord, field: str) -> np.ndarray:
+    """The array of `field`, mapped from the disk, read-only. Raises UserError when it is torn."""
+    path = folder / record.name / file_name(field)
+    try:
+        return np.load(path, mmap_mode="r")
+    except (OSError, ValueError, EOFError):
+        raise UserError(f"{path} is torn: no array can be read from it") from None
+
+
+def file_problems(folder: Path, record: ShardRecord) -> Iterator[tuple[Path, str]]:
+    """Each file of the shard that is missing or of the wrong size, and what is wrong with it."""
+    for name, expected in record.files.items():
+        path = folder / record.name / name
+        if not path.is_file():
+            yield path, "is missing"
+        elif path.stat().st_size != expected.bytes:
+            yield path, f"is torn: {path.stat().st_size} bytes instead of {expected.bytes}"
+
+
+def field_problem(spec: Spec, field: str, array: np.ndarray, *, rows: int) -> str | None:
+    """What is wrong with `array` as `field` of a shard of `rows` rows; None if nothing is."""
+    row_shapes = {
+        "observations": (spec.observation_size,),
+        "actions": (spec.action_size,),
+        "terminals": (),
+    }
+    shape = (rows, *row_shapes.get(field, array.shape[1:]))
+    if array.dtype != DTYPES[field]:
+        return f"has type {array.dtype} instead of {DTYPES[field]}"
+    if array.shape != shape:
+        return f"has shape {array.shape} instead of {shape}"
+    if field == "terminals":
+        last_rows = np.arange(1, rows + 1) % spec.rows_per_episode == 0
+        bad = array != last_rows
+        complaint = f"does not end an episode every {spec.rows_per_episode} rows"
+    else:
+        bad = ~np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
+        complaint = "holds NaN or infinity"
+    return f"{complaint} (first in row {bad.argmax()})" if bad.any() else None
+
+
+def _write_array(path: Path, array: np.ndarray) -> None:
+    # Not np.save: on a full disk it raises an OSError that does not say so (no errno).
+    array = np.ascontiguousarray(array)
+    with open(path, "wb") as file:
+        header = np.lib.format.header_data_from_array_1_0(array)
+        np.lib.format.write_array_header_1_0(file, header)
+        file.write(array.data)

@@ -1,0 +1,70 @@
+"""Writing an offline data set, so that a crash at any moment costs one unfinished shard at most.
+
+A shard that the manifest lists is complete. Whatever else a crash left is removed when writing is
+taken up again.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from pigbench.data import manifest, shard
+from pigbench.data.manifest import Manifest, Shard, Spec
+from pigbench.errors import UserError
+from pigbench.support import files
+from pigbench.support.compare import require_same
+
+
+class Writer:
+    """Writes a new data set, or continues one that was cut short or lost files.
+
+    Raises UserError when `folder` holds something else, or a data set of another specification.
+    """
+
+    def __init__(self, folder: Path, spec: Spec) -> None:
+        self.folder = folder
+        self._manifest = _continue(folder, spec) if _is_begun(folder) else _begin(folder, spec)
+
+    def missing(self) -> tuple[Shard, ...]:
+        """The shards that are still to be written."""
+        return self._manifest.missing()
+
+    def write(self, part: Shard, arrays: Mapping[str, np.ndarray], *, dropped: int = 0) -> None:
+        """Writes one shard, complete on return: the fields of its episodes, but those `dropped`.
+
+        Raises ValueError when the arrays are not what the specification says.
+        """
+        spec = self._manifest.spec
+        record = shard.write(self.folder, spec, part, arrays, dropped=dropped)
+        self._manifest = self._manifest.with_shards([*self._manifest.shards, record])
+        manifest.write(self.folder, self._manifest)
+
+
+def _is_begun(folder: Path) -> bool:
+    return (folder / manifest.FILE_NAME).exists()
+
+
+def _begin(folder: Path, spec: Spec) -> Manifest:
+    own = {files.temporary_path(folder / manifest.FILE_NAME)}
+    if folder.exists() and not (folder.is_dir() and own.issuperset(folder.iterdir())):
+        raise UserError(f"{folder} is not an empty folder and holds no data set; choose another")
+    folder.mkdir(parents=True, exist_ok=True)
+    begun = Manifest(spec)
+    manifest.write(folder, begun)
+    return begun
+
+
+def _continue(folder: Path, spec: Spec) -> Manifest:
+    stored = manifest.read(folder)
+    require_same(str(folder), dataclasses.asdict(stored.spec), dataclasses.asdict(spec))
+    whole = stored.with_shards(
+        record for record in stored.shards if not any(shard.file_problems(folder, record))
+    )
+    if whole != stored:
+        manifest.write(folder, whole)
+    for part in whole.missing():
+        files.remove_folder(folder / part.name)
+        files.remove_folder(files.temporary_path(folder / part.name))
+    return whole

@@ -1,0 +1,1 @@
+"""What runs achieved: statistics, tables and pictures, from saved files alone."""

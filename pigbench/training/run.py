@@ -1,0 +1,123 @@
+"""A run's folder: one training of one method, with all that is needed to trust and repeat it.
+
+config.json       what was asked for: it identifies the run
+provenance.json   what it was made with: versions, commit, machine, data set
+metrics.jsonl     training metrics (`pigbench.training.metrics`), and tensorboard/ with the same
+episodes.csv      every evaluation episode (`pigbench.training.episodes`)
+checkpoints/      training states
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pigbench import agents
+from pigbench.agents import AgentConfig
+from pigbench.errors import UserError
+from pigbench.support import files
+from pigbench.support.compare import require_same
+
+CONFIG_FILE = "config.json"
+PROVENANCE_FILE = "provenance.json"
+
+
+@dataclasses.dataclass(frozen=True)
+class RunConfig:
+    """What identifies a run.
+
+    Attributes:
+        method: the method's name in the registry.
+        preset: the preset that `agent` started from.
+        agent: every field of the agent's configuration.
+        environment: the environment's name.
+        physics: the physics profile of the evaluation.
+        dataset_digest: the SHA-256 of the data set's manifest.
+        steps: how many updates the training makes.
+        seed: the seed of the training.
+        evaluation: the settings of the evaluation.
+    """
+
+    method: str
+    preset: str
+    agent: Mapping[str, Any]
+    environment: str
+    physics: str
+    dataset_digest: str
+    steps: int
+    seed: int
+    evaluation: Mapping[str, Any]
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """A run's folder and configuration."""
+
+    path: Path
+    config: RunConfig
+
+    @property
+    def episodes_path(self) -> Path:
+        """The file of evaluation episodes."""
+        return self.path / "episodes.csv"
+
+    @property
+    def checkpoints_path(self) -> Path:
+        """The folder of checkpoints."""
+        return self.path / "checkpoints"
+
+
+def open_run(path: Path, config: RunConfig, provenance: Mapping[str, Any]) -> Run:
+    """Begins the run in the folder `path`, or takes it up again.
+
+    Raises UserError when the folder holds a run of another configuration, or no run at all.
+    """
+    if (path / CONFIG_FILE).exists():
+        run = read_run(path)
+        require_same(str(path), dataclasses.asdict(run.config), dataclasses.asdict(config))
+        return run
+    with files.explaining_full_disk(path):
+        path.mkdir(parents=True, exist_ok=True)
+    files.write_json(path / PROVENANCE_FILE, provenance)
+    # Last, because it is what makes the folder a run.
+    files.write_json(path / CONFIG_FILE, dataclasses.asdict(config))
+    return Run(path, config)
+
+
+def read_run(path: Path) -> Run:
+    """The run in the folder `path`. Raises UserError when there is none or its config is torn."""
+    if not path.is_dir():
+        raise UserError(f"{path} does not exist; make a run with `pigbench train`")
+    config_path = path / CONFIG_FILE
+    if not config_path.exists():
+        raise UserError(f"{path} is no run: it has no {CONFIG_FILE}")
+    content = files.read_json(config_path)
+    try:
+        return Run(path, RunConfig(**content))
+    except TypeError as error:
+        raise UserError(f"{config_path} is torn: {error}") from None
+
+
+def agent_config(run: Run) -> AgentConfig:
+    """The run's agent configuration. Raises UserError if it is not of the method's kind."""
+    template = agents.get(run.config.method).config
+    try:
+        return _fill(template, run.config.agent)
+    except (TypeError, AttributeError, KeyError) as error:
+        raise UserError(
+            f"{run.path / CONFIG_FILE} holds no configuration of {run.config.method!r}: {error}"
+        ) from None
+
+
+def _fill(template: Any, values: Mapping[str, Any]) -> Any:
+    """`template`, a dataclass, with the values that JSON kept of another."""
+
+    def restored(name: str, value: Any) -> Any:
+        like = getattr(template, name)
+        if dataclasses.is_dataclass(like):
+            return _fill(like, value)
+        return tuple(value) if isinstance(value, list) else value
+
+    return dataclasses.replace(
+        template, **{name: restored(name, value) for name, value in values.items()}
+    )

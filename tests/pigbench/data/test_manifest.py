@@ -1,0 +1,87 @@
+import dataclasses
+import json
+import re
+
+import pytest
+
+from pigbench.data import manifest
+from pigbench.data.manifest import FileRecord, Manifest, ShardRecord
+from pigbench.errors import UserError
+
+
+def record(name):
+    return ShardRecord(name, name[:-6], 2, 0, 8, {"actions.npy": FileRecord("ab", 12)})
+
+
+def test_the_plan_cuts_every_split_into_shards(spec):
+    assert [tuple(part) for part in spec.plan()] == [
+        ("train-00000", "train", 0, 2),
+        ("train-00001", "train", 1, 2),
+        ("train-00002", "train", 2, 1),
+        ("val-00000", "val", 3, 1),
+    ]
+
+
+def test_the_plan_does_not_depend_on_the_order_of_the_splits(spec):
+    turned = dataclasses.replace(spec, episodes={"val": 1, "train": 5})
+    assert turned.plan() == spec.plan()
+
+
+def test_shards_keep_the_order_of_the_plan(spec):
+    names = ["val-00000", "train-00001", "train-00000"]
+    content = Manifest(spec).with_shards(map(record, names))
+    assert [shard.name for shard in content.shards] == ["train-00000", "train-00001", "val-00000"]
+    assert [shard.name for shard in content.missing()] == ["train-00002"]
+
+
+def test_round_trip(tmp_path, spec):
+    content = Manifest(spec, (record("train-00000"),))
+    manifest.write(tmp_path, content)
+    assert manifest.read(tmp_path) == content
+
+
+def test_the_format_on_the_disk(tmp_path, spec):
+    manifest.write(tmp_path, Manifest(spec, (record("train-00000"),)))
+    content = json.loads((tmp_path / "manifest.json").read_text())
+    assert content["format"] == 1
+    assert content["spec"]["layout"] == [["joint_pos", 6], ["cube_0_pos", 3]]
+    assert content["spec"]["episodes"] == {"train": 5, "val": 1}
+    assert content["shards"][0]["files"] == {"actions.npy": {"sha256": "ab", "bytes": 12}}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('{"format": 1', "is torn"),
+        ("[]", "has format None; this version reads format 1"),
+        ('{"format": 2}', "has format 2; this version reads format 1"),
+        ('{"format": 1, "shards": []}', "is torn: 'spec'"),
+        ('{"format": 1, "spec": {"fields": [], "layout": []}, "shards": []}', "is torn"),
+        ('{"format": 1, "spec": 3, "shards": []}', "is torn"),
+    ],
+)
+def test_a_bad_manifest_is_named(tmp_path, text, message):
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(UserError, match=r"manifest\.json " + message) as error:
+        manifest.read(tmp_path)
+    assert "\n" not in str(error.value)
+
+
+def test_no_data_set(tmp_path):
+    with pytest.raises(UserError, match="is no data set"):
+        manifest.read(tmp_path)
+    with pytest.raises(UserError, match="does not exist"):
+        manifest.read(tmp_path / "missing")
+
+
+def test_the_description_has_the_numbers(spec):
+    shards = (record("train-00000"), dataclasses.replace(record("train-00001"), dropped=1))
+    text = manifest.describe(Manifest(spec, shards))
+    assert re.search(r"^environment +cube-single$", text, re.MULTILINE)
+    assert re.search(
+        r"^train +16 rows, 4 of 5 episodes, 1 dropped as diverged$", text, re.MULTILINE
+    )
+    assert re.search(r"^val +0 rows, 0 of 1 episodes, 0 dropped as diverged$", text, re.MULTILINE)
+    assert re.search(r"^shards +2 of 4$", text, re.MULTILINE)
+    assert re.search(r"^bytes +24$", text, re.MULTILINE)
+    assert re.search(r"^  cube_0_pos +\[6:9\]$", text, re.MULTILINE)

@@ -1,0 +1,148 @@
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy import stats
+
+from pigbench.agents import GoalMixture, Sampling
+from pigbench.data.sampler import Rows, sample, sample_indices
+from pigbench.errors import UserError
+
+LENGTHS = (7, 1, 2, 30, 1, 10)
+"""Rows of each episode; an episode of one row has no transition."""
+
+DRAWS = 50_000
+SIGNIFICANCE = 1e-3
+
+CURRENT = GoalMixture(current=1.0, future=0.0, random=0.0, geometric=False)
+UNIFORM = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=False)
+GEOMETRIC = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=True)
+RANDOM = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False)
+MIXED = GoalMixture(current=0.2, future=0.5, random=0.3, geometric=True)
+
+
+def draw(value_goals, actor_goals=UNIFORM, *, lengths=LENGTHS, discount=0.8, size=DRAWS):
+    ends = jnp.asarray(np.cumsum(lengths) - 1, dtype=jnp.int32)
+    indices = sample_indices(
+        jax.random.key(0), ends, Sampling(value_goals, actor_goals, discount), size
+    )
+    return (
+        np.asarray(indices.starts),
+        np.asarray(indices.value_goals),
+        np.asarray(indices.actor_goals),
+    )
+
+
+def last_rows(starts):
+    return np.repeat(np.cumsum(LENGTHS) - 1, LENGTHS)[starts]
+
+
+def test_starts_are_uniform_over_the_rows_with_a_successor():
+    starts, _, _ = draw(CURRENT)
+    has_successor = last_rows(np.arange(sum(LENGTHS))) != np.arange(sum(LENGTHS))
+    counts = np.bincount(starts, minlength=sum(LENGTHS))
+    assert not counts[~has_successor].any()
+    assert stats.chisquare(counts[has_successor]).pvalue > SIGNIFICANCE
+
+
+def test_current_goals_are_the_start():
+    starts, goals, _ = draw(CURRENT)
+    np.testing.assert_array_equal(goals, starts)
+
+
+def test_random_goals_are_uniform_over_all_rows():
+    starts, goals, _ = draw(RANDOM)
+    assert stats.chisquare(np.bincount(goals, minlength=sum(LENGTHS))).pvalue > SIGNIFICANCE
+    assert stats.chi2_contingency(np.histogram2d(starts, goals, bins=4)[0]).pvalue > SIGNIFICANCE
+
+
+@pytest.mark.parametrize("mixture", [UNIFORM, GEOMETRIC])
+def test_future_goals_lie_ahead_in_the_same_episode(mixture):
+    starts, goals, _ = draw(mixture)
+    assert np.all(goals > starts)
+    assert np.all(goals <= last_rows(starts))
+
+
+def test_uniform_future_goals_are_uniform_over_the_rest_of_the_episode():
+    starts, goals, _ = draw(UNIFORM, lengths=(9,))
+    for start in range(7):
+        counts = np.bincount(goals[starts == start], minlength=9)
+        assert stats.chisquare(counts[start + 1 :]).pvalue > SIGNIFICANCE
+
+
+def test_geometric_future_goals_follow_the_discount_and_end_with_the_episode():
+    starts, goals, _ = draw(GEOMETRIC, lengths=(31, 31))
+    left = 30 - starts % 31
+    for remaining in (2, 5, 10):
+        steps = (goals - starts)[left == remaining]
+        law = [0.2 * 0.8 ** (k - 1) for k in range(1, remaining)] + [0.8 ** (remaining - 1)]
+        counts = np.bincount(steps, minlength=remaining + 1)[1:]
+        assert stats.chisquare(counts, len(steps) * np.array(law)).pvalue > SIGNIFICANCE
+
+
+def test_mixtures_keep_their_shares():
+    """In one long episode, current, future and random goals are told apart by where they fall."""
+    length = 2_000_000
+    starts, goals, actor_goals = draw(MIXED, GEOMETRIC, lengths=(length,))
+    near = (goals > starts) & (goals <= starts + 200)
+    for hits, share in (((goals == starts).sum(), 0.2), (near.sum(), 0.5)):
+        assert stats.binomtest(int(hits), DRAWS, share).pvalue > SIGNIFICANCE
+    assert np.all(actor_goals > starts)
+
+
+def test_success_is_the_start_being_the_goal_and_rows_are_gathered():
+    """Every observation is its own row number, and an action ten times that."""
+    numbers = np.arange(sum(LENGTHS), dtype=np.float32)
+    terminals = np.isin(numbers, np.cumsum(LENGTHS) - 1)
+    rows = Rows.create(numbers[:, None], 10 * numbers[:, None], terminals)
+    batch = sample(jax.random.key(0), rows, Sampling(MIXED, UNIFORM, 0.8), 4000)
+
+    observations = np.asarray(batch.observations[:, 0])
+    np.testing.assert_array_equal(batch.actions[:, 0], 10 * observations)
+    np.testing.assert_array_equal(batch.next_observations[:, 0], observations + 1)
+    np.testing.assert_array_equal(batch.value_success, batch.value_goals[:, 0] == observations)
+    assert batch.value_success.dtype == jnp.float32
+    assert 0 < batch.value_success.mean() < 1
+    assert np.all(batch.actor_goals[:, 0] > observations)
+
+
+def test_a_hundred_million_rows():
+    """Rows beyond 2^24, where float32 skips integers, are all reached: odd as often as even."""
+    episodes, length = 100_000, 1001
+    starts, goals, _ = draw(RANDOM, lengths=(length,) * episodes)
+    assert starts.max() > 0.999 * episodes * length
+    for rows in (starts, goals):
+        assert stats.binomtest(int((rows % 2).sum()), DRAWS).pvalue > SIGNIFICANCE
+        uniform = stats.uniform(0, episodes * length)
+        assert stats.kstest(rows, uniform.cdf).pvalue > SIGNIFICANCE
+    assert np.all(starts % length != length - 1)
+
+
+def test_a_batch_is_a_pure_function_of_its_key():
+    ends = jnp.asarray(np.cumsum(LENGTHS) - 1, dtype=jnp.int32)
+    sampling = Sampling(MIXED, UNIFORM, 0.8)
+    keys = jax.random.split(jax.random.key(1), 4)
+
+    def draw_one(key):
+        return sample_indices(key, ends, sampling, 16)
+
+    singly = jax.tree.map(lambda *rows: jnp.stack(rows), *[draw_one(key) for key in keys])
+    scanned = jax.lax.scan(lambda _, key: (None, draw_one(key)), None, keys)[1]
+    for other in (jax.jit(jax.vmap(draw_one))(keys), scanned):
+        assert jax.tree.all(jax.tree.map(lambda a, b: (a == b).all(), singly, other))
+    assert len({leaf.tobytes() for leaf in np.asarray(singly.starts)}) == len(keys)
+
+
+@pytest.mark.parametrize(
+    ("terminals", "message"),
+    [
+        ([], "no transition"),
+        ([True, True], "no transition"),
+        ([True, False], "last row is not terminal"),
+        ([False, False], "last row is not terminal"),
+    ],
+)
+def test_rows_without_a_transition_or_an_end_are_refused(terminals, message):
+    states = np.zeros((len(terminals), 1), np.float32)
+    with pytest.raises(UserError, match=message):
+        Rows.create(states, states, np.array(terminals, dtype=bool))

@@ -1,0 +1,68 @@
+import os
+
+import pytest
+
+from pigbench.errors import UserError
+from pigbench.training import episodes
+from pigbench.training.episodes import Episode
+
+
+def episode(step, task, number, success=False):
+    return Episode(step, task, f"task{task}, lift", number, 7, success, 120, not success)
+
+
+def test_the_file_is_plain_csv(tmp_path):
+    path = tmp_path / "episodes.csv"
+    episodes.record(path, [episode(100, 2, 0), episode(100, 1, 0, success=True)])
+    assert path.read_text() == (
+        "step,task,task_name,episode,seed,success,length,diverged\n"
+        '100,1,"task1, lift",0,7,1,120,0\n'
+        '100,2,"task2, lift",0,7,0,120,1\n'
+    )
+
+
+def test_round_trip_in_order(tmp_path):
+    path = tmp_path / "episodes.csv"
+    later = [episode(200, 1, number) for number in range(3)]
+    earlier = [episode(100, 1, number) for number in range(3)]
+    episodes.record(path, later)
+    episodes.record(path, earlier)
+    assert episodes.read(path) == earlier + later
+
+
+def test_repeating_an_evaluation_replaces_it(tmp_path):
+    path = tmp_path / "episodes.csv"
+    episodes.record(path, [episode(100, 1, number) for number in range(3)])
+    episodes.record(path, [episode(200, 1, 0)])
+    episodes.record(path, [episode(100, 1, 0, success=True)])
+    assert episodes.read(path) == [episode(100, 1, 0, success=True), episode(200, 1, 0)]
+
+
+@pytest.mark.parametrize("cut", [1, 9, 60, 120])
+def test_a_cut_file_is_named(tmp_path, cut):
+    path = tmp_path / "episodes.csv"
+    episodes.record(path, [episode(100, 1, number) for number in range(3)])
+    os.truncate(path, path.stat().st_size - cut)
+    with pytest.raises(UserError, match=r"episodes\.csv is torn"):
+        episodes.read(path)
+
+
+@pytest.mark.parametrize(
+    "row", ["100,1,a,0,7,1,120", "x,1,a,0,7,1,120,0", "100,1,a,0,7,2,120,0", "100,1,a,0,7,1,1,0,9"]
+)
+def test_a_bad_row_is_named_by_its_line(tmp_path, row):
+    path = tmp_path / "episodes.csv"
+    episodes.record(path, [episode(100, 1, 0)])
+    path.write_text(path.read_text() + row + "\n")
+    with pytest.raises(UserError, match="line 3 is no episode"):
+        episodes.read(path)
+
+
+def test_other_files_are_not_episodes(tmp_path):
+    path = tmp_path / "episodes.csv"
+    for text in ("", "a,b\n1,2\n"):
+        path.write_text(text)
+        with pytest.raises(UserError, match="its columns are not step,task,task_name"):
+            episodes.read(path)
+    with pytest.raises(UserError, match="does not exist"):
+        episodes.read(tmp_path / "missing.csv")

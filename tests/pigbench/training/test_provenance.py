@@ -1,0 +1,29 @@
+import importlib.metadata
+import json
+import subprocess
+from pathlib import Path
+
+import jax
+import mujoco
+
+from pigbench.support import files
+from pigbench.training.provenance import package_versions, provenance
+
+
+def test_versions_are_the_installed_ones():
+    assert package_versions() == {
+        "pigbench": importlib.metadata.version("pigbench"),
+        "jax": jax.__version__,
+        "mujoco": mujoco.__version__,
+    }
+
+
+def test_provenance_is_json_and_names_the_commit(tmp_path):
+    found = provenance(dataset=tmp_path, dataset_digest="ab")
+    files.write_json(tmp_path / "provenance.json", found)
+    assert json.loads((tmp_path / "provenance.json").read_text()) == found
+    root = Path(__file__).parents[2]
+    if (root / ".git").exists():
+        command = ["git", "-C", str(root), "rev-parse", "HEAD"]
+        commit = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        assert found["commit"].removesuffix("-dirty") == commit
