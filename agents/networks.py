@@ -5,6 +5,7 @@ and `jax.vmap` maps any function of one member's parameters over them.
 """
 
 from collections.abc import Sequence
+from typing import Any, cast
 
 import flax.linen as nn
 import jax
@@ -47,6 +48,41 @@ class Value(nn.Module):
         return MLP(self.hidden_sizes, 1, layer_norm=self.layer_norm)(inputs)[..., 0]
 
 
+class Critic(nn.Module):
+    """Q(s, a, g); the action may be any other choice made at s, such as a subgoal."""
+
+    hidden_sizes: Sequence[int]
+    layer_norm: bool
+
+    @nn.compact
+    def __call__(
+        self, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
+    ) -> jax.Array:
+        """(..., o), (..., a) and (..., o) to (...,)."""
+        inputs = jnp.concatenate([observations, actions, goals], axis=-1)
+        return MLP(self.hidden_sizes, 1, layer_norm=self.layer_norm)(inputs)[..., 0]
+
+
+class BilinearCritic(nn.Module):
+    """phi(s, a) and psi(g), whose inner product is a critic: the two sides embed apart."""
+
+    hidden_sizes: Sequence[int]
+    latent_size: int
+    layer_norm: bool
+
+    @nn.compact
+    def __call__(
+        self, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
+    ) -> tuple[jax.Array, jax.Array]:
+        """phi / sqrt(n) and psi, each (..., n) with n = `latent_size`."""
+        inputs = jnp.concatenate([observations, actions], axis=-1)
+        phi, psi = (
+            MLP(self.hidden_sizes, self.latent_size, layer_norm=self.layer_norm, name=name)(side)
+            for name, side in (("phi", inputs), ("psi", goals))
+        )
+        return phi / jnp.sqrt(self.latent_size), psi
+
+
 class Policy(nn.Module):
     """The mean of pi(a | s, g), near zero at first; it is not squashed."""
 
@@ -58,6 +94,21 @@ class Policy(nn.Module):
         """(..., o) and (..., o) to (..., action_size)."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
         return MLP(self.hidden_sizes, self.action_size, output_scale=0.01)(inputs)
+
+
+def init_ensemble(network: nn.Module, key: jax.Array, members: int, **inputs: jax.Array) -> Any:
+    """The parameters of `members` independent copies of `network`, stacked."""
+    return jax.vmap(lambda key: network.init(key, **inputs))(jax.random.split(key, members))
+
+
+def apply_ensemble(network: nn.Module, ensemble: Any, **inputs: jax.Array) -> jax.Array:
+    """What each member makes of the same inputs: the network's output, a leading axis more."""
+    return jax.vmap(lambda member: apply(network, member, **inputs))(ensemble)
+
+
+def apply(network: nn.Module, params: Any, **inputs: jax.Array) -> jax.Array:
+    """`network.apply` for a network without mutable state."""
+    return cast(jax.Array, network.apply(params, **inputs))
 
 
 def _dense(size: int, *, scale: float) -> nn.Dense:

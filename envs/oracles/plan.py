@@ -124,23 +124,20 @@ def _screw_midpoint(start: jax.Array, end: jax.Array) -> jax.Array:
 
 def _interpolate(steps: jax.Array, times: jax.Array, poses: jax.Array) -> jax.Array:
     """Targets (MAX_STEPS, 5) at `steps`: linear between keyframes, yaw by the shorter way round."""
-    last = len(KEYFRAMES) - 1
-    before = jnp.clip(jnp.searchsorted(times, steps, side="right") - 1, 0, last - 1)
-    fraction = jnp.clip((steps - times[before]) / (times[before + 1] - times[before]), 0.0, 1.0)[
-        :, None
-    ]
-    change = poses[before + 1] - poses[before]
-    change = change.at[:, 3].set(wrap(change[:, 3]))
-    pose = poses[before] + fraction * change
-    openings = jnp.array(_OPENINGS)[:, None]
-    opening = openings[before] + fraction * (openings[before + 1] - openings[before])
-    return jnp.concatenate([pose.at[:, 3].set(wrap(pose[:, 3])), opening], axis=-1)
+    keyframes = jnp.concatenate([poses, jnp.array(_OPENINGS)[:, None]], axis=-1)
+    changes = jnp.diff(keyframes, axis=0)
+    changes = changes.at[:, 3].set(wrap(changes[:, 3]))
+    # A sum over segments, each done to its own fraction: no search and no gather.
+    done = jnp.clip((steps[:, None] - times[:-1]) / jnp.diff(times), 0.0, 1.0)
+    path = keyframes[0] + jnp.matmul(done, changes, precision="highest")
+    return path.at[:, 3].set(wrap(path[:, 3]))
 
 
 def _noise(key: jax.Array, length: jax.Array) -> jax.Array:
     """White noise smoothed along the plan, reflected at its ends, (MAX_STEPS, 5)."""
     white = jax.random.normal(key, (MAX_STEPS, ACTION_SIZE)) * NOISE * jnp.array(ACTION_SCALE)
-    index = jnp.arange(MAX_STEPS)[:, None] + _TAPS
-    index = jnp.where(index < 0, -1 - index, index)
-    index = jnp.where(index >= length, 2 * length - 1 - index, index)
-    return jnp.einsum("stn,t->sn", white[index], jnp.array(_FILTER))
+    white = jnp.pad(white, ((0, _FILTER_RADIUS), (0, 0)))
+    mirrored = jnp.roll(white[::-1], 2 * length - len(white), axis=0)  # white[2 length - 1 - i]
+    reflected = jnp.where(jnp.arange(len(white))[:, None] < length, white, mirrored)
+    padded = jnp.concatenate([white[:_FILTER_RADIUS][::-1], reflected])
+    return sum(weight * padded[i : i + MAX_STEPS] for i, weight in enumerate(_FILTER))

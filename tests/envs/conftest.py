@@ -44,9 +44,7 @@ def ogbench_env() -> Callable[..., Any]:
 
 @pytest.fixture(scope="session")
 def place(ogbench_env) -> Callable[..., Any]:
-    """`place(name, qpos, qvel)`: OGBench's environment at that state, with no control, contact forces
-    computed.
-    """
+    """`place(name, qpos, qvel)`: OGBench's environment there, controls zero, forces computed."""
 
     def place(name: str, qpos: np.ndarray, qvel: np.ndarray | None = None) -> Any:
         env = ogbench_env(name)

@@ -45,18 +45,15 @@ def test_servo_targets(scene, place, states):
 
 
 def test_targets_stay_in_the_workspace(scene, states):
-    """The largest action from anywhere ends where OGBench's clipped target does: see above. Here the edge."""
-    built = scene(2)
-    low = np.array([-1, -1, -1, 0, -1], np.float32)
-    one = jax.tree.map(lambda x: x[0], states)
-    corner = one.replace(pinch_pos=np.array([0.26, -0.34, 0.03], np.float32))
-    edge = one.replace(pinch_pos=np.array([0.25, -0.35, 0.02], np.float32))
-    still = np.array([0, 0, 0, 0, -1], np.float32)
-    np.testing.assert_allclose(
-        control.servo_targets(built, corner, low),
-        control.servo_targets(built, edge, still),
-        atol=1e-5,
-    )
+    """Beyond the corner, the target is what standing still at the corner asks for."""
+    targets = jax.jit(lambda *given: control.servo_targets(scene(2), *given))
+    state = jax.tree.map(lambda x: x[0], states)
+    near = state.replace(pinch_pos=np.float32([0.26, -0.34, 0.03]))
+    corner = state.replace(pinch_pos=np.float32([0.25, -0.35, 0.02]))
+    outward, still = np.float32([-1, -1, -1, 0, 0]), np.zeros(5, np.float32)
+    np.testing.assert_allclose(targets(near, outward), targets(corner, still), atol=1e-5)
+    shut = targets(state, np.float32([0, 0, 0, 0, 1]))
+    np.testing.assert_allclose([shut[6], targets(state, -np.eye(5)[4])[6]], [255, 0], atol=1e-3)
 
 
 def test_action_towards_is_what_ogbenchs_oracle_asks_for(scene, place, states):

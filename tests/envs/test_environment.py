@@ -73,17 +73,17 @@ def test_jit_vmap_and_scan_agree(env):
     one = env("cube-double")
     keys = jax.random.split(jax.random.key(1), 3)
     actions = jax.random.uniform(jax.random.key(2), (4, 3, 5), minval=-1, maxval=1)
-    states = jax.vmap(one.reset_task, in_axes=(0, None))(keys, 2)
-    step = jax.jit(jax.vmap(one.step))
+    states = jax.jit(jax.vmap(one.reset_task, in_axes=(0, None)))(keys, 2)
+    batch_step, step = jax.vmap(one.step), jax.jit(one.step)
     by_hand = states
     for action in actions:
-        by_hand = step(by_hand, action)
+        by_hand = jax.jit(batch_step)(by_hand, action)
     scanned, _ = jax.jit(
-        partial(jax.lax.scan, lambda state, action: (jax.vmap(one.step)(state, action), None))
+        partial(jax.lax.scan, lambda state, action: (batch_step(state, action), None))
     )(states, actions)
     single = jax.tree.map(lambda x: x[1], states)
     for action in actions[:, 1]:
-        single = one.step(single, action)
+        single = step(single, action)
     np.testing.assert_allclose(scanned.obs, by_hand.obs, atol=1e-3)
     np.testing.assert_allclose(single.obs, by_hand.obs[1], atol=1e-3)
 
@@ -92,13 +92,15 @@ def test_same_key_same_bytes(env):
     keys = jax.random.split(jax.random.key(3), 8)
     actions = jax.random.uniform(jax.random.key(4), (8, 5), minval=-1, maxval=1)
 
-    def run(one: envs.CubeEnv) -> bytes:
-        states = jax.jit(jax.vmap(one.reset))(keys)
-        return bytes_of((states, jax.jit(jax.vmap(one.step))(states, actions)))
+    def compiled(one: envs.CubeEnv):
+        return jax.jit(
+            lambda: jax.vmap(lambda key, action: one.step(one.reset(key), action))(keys, actions)
+        )
 
-    first = run(env("cube-triple"))
-    assert first == run(env("cube-triple"))
-    assert first == run(envs.make("cube-triple"))
+    run = compiled(env("cube-triple"))
+    first = bytes_of(run())
+    assert first == bytes_of(run())
+    assert first == bytes_of(compiled(envs.make("cube-triple"))())
 
 
 @pytest.mark.parametrize("name", ["cube-double", "cube-octuple"])
@@ -198,9 +200,9 @@ def test_random_scenes_fill_the_table(env):
 
 
 def with_cubes_off_target(env: envs.CubeEnv, offsets: np.ndarray) -> State:
-    """States at rest, whose cubes lie `offsets` (batch, num_cubes) metres in x from their targets."""
+    """States at rest with the cubes `offsets` (batch, num_cubes) metres off target in x."""
     targets = np.array([[0.4, -0.15, 0.02], [0.45, 0.15, 0.02]])
-    states = jax.vmap(env.reset_to, in_axes=(0, None, None))(
+    states = jax.jit(jax.vmap(env.reset_to, in_axes=(0, None, None)))(
         jax.random.split(jax.random.key(0), len(offsets)), targets, targets
     )
     cubes = np.tile(np.concatenate([targets, [[1, 0, 0, 0]] * 2], axis=-1), (len(offsets), 1, 1))
@@ -213,12 +215,14 @@ def test_success_is_every_cube_within_four_centimetres(env, ogbench_env):
     one = env("cube-double")
     near, far = 0.0399, 0.0401
     offsets = np.array([[near, -near], [far, near], [near, -far], [far, far], [0, 0]])
-    after = jax.vmap(one.step)(with_cubes_off_target(one, offsets), jnp.zeros((5, 5)))
+    after = jax.jit(jax.vmap(one.step))(with_cubes_off_target(one, offsets), jnp.zeros((5, 5)))
     expected = [True, False, False, False, True]
     theirs = ogbench_env("cube-double", "task")
     for row in range(5):
         assert bool(after.info["success"][row]) == expected[row]
-        assert after.reward[row] == after.done[row] == after.metrics["success"][row] == expected[row]
+        assert (
+            after.reward[row] == after.done[row] == after.metrics["success"][row] == expected[row]
+        )
         for i, (xyz, target) in enumerate(
             zip(cubes(one, after.pipeline_state)[0][row], after.info["target"][row], strict=True)
         ):
@@ -244,7 +248,8 @@ def test_divergence_ends_the_episode_as_a_failure(env, what):
     one = env("cube-double")
     states = with_cubes_off_target(one, np.array([[0.0, 0.0], [0.1, 0.1], [0.0, 0.0]]))
     actions = jnp.zeros((3, 5))
-    well = jax.vmap(one.step)(states, actions)
+    step = jax.jit(jax.vmap(one.step))
+    well = step(states, actions)
     physics_state = states.pipeline_state
     if what == "lost cube":
         physics_state = physics_state.replace(qpos=physics_state.qpos.at[2, 14].set(jnp.nan))
@@ -252,7 +257,7 @@ def test_divergence_ends_the_episode_as_a_failure(env, what):
         physics_state = physics_state.replace(qvel=physics_state.qvel.at[2, 1].set(1e6))
     else:
         actions = actions.at[2].set(jnp.nan)
-    after = jax.vmap(one.step)(states.replace(pipeline_state=physics_state), actions)
+    after = step(states.replace(pipeline_state=physics_state), actions)
     assert list(after.info["diverged"]) == [False, False, True]
     assert list(after.info["success"]) == [True, False, False]
     assert list(after.done) == [1, 0, 1]
@@ -265,12 +270,11 @@ def test_divergence_ends_the_episode_as_a_failure(env, what):
 def test_brax_wrappers(env):
     one = env("cube-single")
     limit = 4
-    wrapped = brax_training.AutoResetWrapper(
-        brax_training.EpisodeWrapper(brax_training.VmapWrapper(one), limit, action_repeat=1)
-    )
-    first = wrapped.reset(jax.random.split(jax.random.key(0), 3))
+    wrapped = brax_training.wrap(one, episode_length=limit, action_repeat=1)
+    # Brax reads the batch's size off untyped keys.
+    first = jax.jit(wrapped.reset)(jax.random.split(jax.random.PRNGKey(0), 3))
     # The third one's cube is put on its target: it succeeds at once.
-    on_target = first.pipeline_state.qpos.at[2, 14:17].set(first.info["target"][2])
+    on_target = first.pipeline_state.qpos.at[2, 14:17].set(first.info["target"][2, 0])
     states = first.replace(pipeline_state=first.pipeline_state.replace(qpos=on_target))
     dones, observations = [], []
     step = jax.jit(wrapped.step)
@@ -278,9 +282,7 @@ def test_brax_wrappers(env):
         states = step(states, jnp.full((3, 5), 0.5))
         dones.append(np.asarray(states.done))
         observations.append(np.asarray(states.obs))
-    np.testing.assert_array_equal(
-        dones, [[0, 0, 1], [0, 0, 0], [0, 0, 0], [1, 1, 0], [0, 0, 1]]
-    )
+    np.testing.assert_array_equal(dones, [[0, 0, 1], [0, 0, 0], [0, 0, 0], [1, 1, 0], [0, 0, 1]])
     # An ended episode starts over from its first state.
     np.testing.assert_array_equal(observations[0][2], first.obs[2])
     np.testing.assert_array_equal(observations[3][:2], first.obs[:2])

@@ -20,7 +20,7 @@ BATCH, STEPS = 5, 20
 
 @pytest.fixture(scope="module")
 def start(play) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """qpos and qvel (BATCH, ...) of OGBench's play, and the controls (STEPS, BATCH, 7) it went on with."""
+    """qpos and qvel (BATCH, ...) of OGBench's play, and its next controls (STEPS, BATCH, 7)."""
     recording = play(NAME, 1500)
     rows = np.array([100, 130, 400, 700, 1000])
     assert recording.contact[rows[:, None] + np.arange(STEPS)].max() > 0.5  # a grasp is in it
@@ -82,9 +82,7 @@ def test_steps_as_a_loop_in_c(scene, start):
         expected = loop_in_c(scene(2).model, qpos[i], qvel[i], ctrl[:, i])
         # The norm of the force may be summed in another order.
         np.testing.assert_allclose(final.pad_force[i], expected.pad_force, rtol=1e-6)
-        assert_same_bytes(
-            row(final, i).replace(pad_force=0.0), expected.replace(pad_force=0.0)
-        )
+        assert_same_bytes(row(final, i).replace(pad_force=0.0), expected.replace(pad_force=0.0))
     assert final.pad_force.max() > 1.0
 
 

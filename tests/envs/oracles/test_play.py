@@ -1,0 +1,148 @@
+"""The play policy: plan after plan, and its success beside that of OGBench's own oracle."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from ogbench.manipspace.oracles.plan.cube_plan import CubePlanOracle
+from scipy import stats
+
+from pigbench.envs import control
+from pigbench.envs.environment import SUCCESS_DISTANCE
+from pigbench.envs.observation import cube_poses
+from pigbench.envs.oracles import POLICIES, PlayPolicy
+from pigbench.envs.oracles.targets import STACKING
+
+NAME = "cube-double"
+
+
+@pytest.fixture(scope="module")
+def policy(env) -> PlayPolicy:
+    return PlayPolicy(env(NAME).scene)
+
+
+@pytest.fixture(scope="module")
+def begun(env, policy):
+    """Scenes and the policy's memory at the start of 64 episodes."""
+
+    def begin(key):
+        scene_key, policy_key = jax.random.split(key)
+        physics_state = env(NAME).random_scene(scene_key)
+        return physics_state, policy.reset(policy_key, physics_state)
+
+    return jax.jit(jax.vmap(begin))(jax.random.split(jax.random.key(0), 64))
+
+
+def test_by_name():
+    assert POLICIES["play"] is PlayPolicy
+
+
+def test_an_episode_begins_with_a_plan_for_a_cube_of_the_scene(env, begun):
+    physics_state, memory = begun
+    assert set(np.asarray(memory.target.cube)) == {0, 1}
+    low, high = STACKING[2]
+    uniform = stats.uniform(low, high - low)
+    assert stats.kstest(memory.stacking, uniform.cdf).pvalue > 1e-3
+    # The first target stacks half of the time, whatever the episode's probability.
+    stacked = int(np.sum(memory.target.pos[:, 2] > 0.05))
+    assert stats.binomtest(stacked, 64, 0.5).pvalue > 1e-3
+    np.testing.assert_array_equal(memory.time, 0)
+    # The plan sets out from the effector, save for noise of 10 % of the action scale.
+    effector = jax.vmap(lambda state: control.effector(env(NAME).scene, state))(physics_state)
+    off = (memory.plan.targets[:, 0] - effector) / np.array(control.ACTION_SCALE)
+    off = off.at[:, 3].set(0)  # yaw is written within one turn
+    assert np.abs(off).max() < 0.5
+
+
+def test_the_action_is_the_way_to_the_plans_next_target(env, policy, begun):
+    physics_state, memory = begun
+    memory = memory.replace(time=jnp.arange(64))
+    ours = jax.vmap(policy.act, in_axes=(None, 0, 0))(jax.random.key(0), memory, physics_state)
+    scene = env(NAME).scene
+    effector = jax.vmap(lambda state: control.effector(scene, state))(physics_state)
+    target = np.asarray(memory.plan.targets)[np.arange(64), np.arange(64)]
+    expected = np.clip((target - effector) / np.array([0.05, 0.05, 0.05, 0.3, 1.0]), -1, 1)
+    np.testing.assert_allclose(ours, expected, atol=1e-5)
+    assert np.all(np.abs(ours) <= 1)
+
+
+def test_plan_after_plan(policy, begun):
+    physics_state, memory = begun
+    advance = jax.jit(jax.vmap(policy.advance))
+    last = memory.plan.length - 1
+    before, at = memory.replace(time=last - 1), memory.replace(time=last)
+    assert not jax.vmap(policy.ended)(before).any()
+    assert jax.vmap(policy.ended)(at).all()
+    keys = jax.random.split(jax.random.key(1), 64)
+    on, fresh = advance(keys, before, physics_state), advance(keys, at, physics_state)
+    np.testing.assert_array_equal(on.time, last)
+    np.testing.assert_array_equal(on.plan.targets, memory.plan.targets)
+    np.testing.assert_array_equal(fresh.time, 0)
+    assert np.all(np.any(fresh.plan.targets != memory.plan.targets, axis=(1, 2)))
+    # The episode keeps its probability of stacking, which now counts.
+    np.testing.assert_array_equal(fresh.stacking, memory.stacking)
+    stacked = np.sum(fresh.target.pos[:, 2] > 0.05)
+    assert stacked < 0.35 * 64
+
+
+EPISODES, EPISODE_STEPS = 20, 1000
+
+
+def our_successes(env, policy) -> np.ndarray:
+    """Whether each sub-task that ended left its cube at its target."""
+    one = env(NAME)
+
+    def step(carry, _):
+        key, physics_state, memory = carry
+        key, act_key, advance_key = jax.random.split(key, 3)
+        after = one.simulate(physics_state, policy.act(act_key, memory, physics_state))
+        position = cube_poses(one.scene, after)[0][memory.target.cube]
+        success = jnp.linalg.norm(position - memory.target.pos) <= SUCCESS_DISTANCE
+        carry = (key, after, policy.advance(advance_key, memory, after))
+        return carry, (policy.ended(memory), success)
+
+    def episode(key):
+        scene_key, policy_key, key = jax.random.split(key, 3)
+        physics_state = one.random_scene(scene_key)
+        return key, physics_state, policy.reset(policy_key, physics_state)
+
+    carry = jax.jit(jax.vmap(episode))(jax.random.split(jax.random.key(7), EPISODES))
+    run = jax.jit(
+        lambda carry: jax.lax.scan(jax.vmap(step, in_axes=(0, None)), carry, length=EPISODE_STEPS)
+    )
+    (_, final, _), (ended, success) = run(carry)
+    assert not final.diverged.any()
+    return np.asarray(success)[np.asarray(ended)]
+
+
+def their_successes(ogbench_env) -> np.ndarray:
+    env = ogbench_env(NAME)
+    global_state = np.random.get_state()
+    np.random.seed(7)
+    oracle = CubePlanOracle(env=env)
+    successes = []
+    for episode in range(EPISODES):
+        stacking = np.random.uniform(*STACKING[2])
+        observation, info = env.reset(seed=episode)
+        oracle.reset(observation, info)
+        for _ in range(EPISODE_STEPS):
+            observation, _, _, _, info = env.step(oracle.select_action(observation, info))
+            if oracle.done:
+                successes.append(info["success"])
+                observation, info = env.set_new_target(p_stack=stacking)
+                oracle.reset(observation, info)
+    np.random.set_state(global_state)
+    return np.array(successes)
+
+
+@pytest.mark.slow
+def test_succeeds_as_often_as_ogbenchs_oracle(env, policy, ogbench_env):
+    ours, theirs = our_successes(env, policy), their_successes(ogbench_env)
+    assert len(ours) >= 200
+    assert len(theirs) >= 200
+    pooled = np.concatenate([ours, theirs]).mean()
+    error = np.sqrt(pooled * (1 - pooled) * (1 / len(ours) + 1 / len(theirs)))
+    print(
+        f"{ours.mean():.1%} of {len(ours)} sub-tasks, OGBench {theirs.mean():.1%} of {len(theirs)}"
+    )
+    assert ours.mean() >= theirs.mean() - stats.norm.ppf(0.95) * error
