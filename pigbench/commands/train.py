@@ -52,7 +52,7 @@ class Train:
 
     @classmethod
     def defaults(cls, arguments: Sequence[str]) -> "Train":
-        """The defaults of the chosen method and preset, which decide what other fields there are."""
+        """The defaults of the chosen method and preset, which decide what fields there are."""
         parser = argparse.ArgumentParser(add_help=False)
         parser.add_argument("--preset", default=cls.preset)
         preset = parser.parse_known_args(arguments)[0].preset

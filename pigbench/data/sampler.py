@@ -9,7 +9,7 @@ import numpy as np
 from flax import struct
 from jax.typing import ArrayLike
 
-from pigbench.agents import Batch, GoalMixture, Sampling
+from pigbench.agents import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.errors import UserError
 
 
@@ -40,12 +40,23 @@ class Rows:
 
 
 @struct.dataclass
+class SubgoalIndices:
+    """Row numbers of a batch's `Subgoals`, each (B,) int32."""
+
+    value_subgoals: jax.Array
+    actor_subgoals: jax.Array
+    low_value_goals: jax.Array
+    low_actor_goals: jax.Array
+
+
+@struct.dataclass
 class Indices:
     """Row numbers of a batch, each (B,) int32; a transition leads from `starts` to the next row."""
 
     starts: jax.Array
     value_goals: jax.Array
     actor_goals: jax.Array
+    subgoals: SubgoalIndices | None = None
 
 
 def sample(key: jax.Array, rows: Rows, sampling: Sampling, batch_size: int) -> Batch:
@@ -60,16 +71,33 @@ def gather(rows: Rows, indices: Indices) -> Batch:
         actions=rows.actions[indices.starts],
         next_observations=rows.observations[indices.starts + 1],
         value_goals=rows.observations[indices.value_goals],
-        value_success=(indices.value_goals == indices.starts).astype(jnp.float32),
+        value_success=_same(indices.value_goals, indices.starts),
         actor_goals=rows.observations[indices.actor_goals],
+        subgoals=_gather_subgoals(rows, indices, indices.subgoals) if indices.subgoals else None,
     )
+
+
+def _gather_subgoals(rows: Rows, indices: Indices, subgoals: SubgoalIndices) -> Subgoals:
+    return Subgoals(
+        value_subgoals=rows.observations[subgoals.value_subgoals],
+        value_steps=subgoals.value_subgoals - indices.starts,
+        value_success=_same(subgoals.value_subgoals, indices.value_goals),
+        actor_subgoals=rows.observations[subgoals.actor_subgoals],
+        low_value_goals=rows.observations[subgoals.low_value_goals],
+        low_value_success=_same(subgoals.low_value_goals, indices.starts),
+        low_actor_goals=rows.observations[subgoals.low_actor_goals],
+    )
+
+
+def _same(rows: jax.Array, others: jax.Array) -> jax.Array:
+    return (rows == others).astype(jnp.float32)
 
 
 def sample_indices(
     key: jax.Array, episode_ends: jax.Array, sampling: Sampling, batch_size: int
 ) -> Indices:
     """Transitions, uniform over all, and a goal of each mixture; `episode_ends` as in `Rows`."""
-    start_key, value_key, actor_key = jax.random.split(key, 3)
+    start_key, value_key, actor_key, low_key = jax.random.split(key, 4)
     # Transitions up to and including each episode: every episode has one row that starts none.
     transitions = episode_ends - jnp.arange(len(episode_ends), dtype=jnp.int32)
     draws = jax.random.randint(start_key, (batch_size,), 0, transitions[-1])
@@ -77,10 +105,10 @@ def sample_indices(
     starts = draws + episodes
     ends = episode_ends[episodes]
 
-    def goals(key: jax.Array, mixture: GoalMixture) -> jax.Array:
+    def goals(key: jax.Array, mixture: GoalMixture, discount: float) -> jax.Array:
         source_key, future_key, random_key = jax.random.split(key, 3)
         if mixture.geometric:
-            future = _geometric_future(future_key, starts, ends, sampling.discount)
+            future = _geometric_future(future_key, starts, ends, discount)
         else:
             future = jax.random.randint(future_key, starts.shape, starts + 1, ends + 1)
         random = jax.random.randint(random_key, starts.shape, 0, episode_ends[-1] + 1)
@@ -91,8 +119,22 @@ def sample_indices(
             jnp.where(source < 1 - mixture.random, future, random),
         )
 
+    def subgoals(sampling: SubgoalSampling) -> SubgoalIndices:
+        ahead = jnp.minimum(starts + sampling.steps, ends)
+        return SubgoalIndices(
+            value_subgoals=_no_further(ahead, starts, value_goals),
+            actor_subgoals=_no_further(ahead, starts, actor_goals),
+            low_value_goals=goals(low_key, sampling.low_value_goals, sampling.low_discount),
+            low_actor_goals=ahead,
+        )
+
+    value_goals = goals(value_key, sampling.value_goals, sampling.discount)
+    actor_goals = goals(actor_key, sampling.actor_goals, sampling.discount)
     return Indices(
-        starts, goals(value_key, sampling.value_goals), goals(actor_key, sampling.actor_goals)
+        starts,
+        value_goals,
+        actor_goals,
+        subgoals(sampling.subgoals) if sampling.subgoals else None,
     )
 
 
@@ -102,3 +144,8 @@ def _geometric_future(
     """`starts` plus k = 1, 2, ... with probability (1 - discount) discount^(k - 1), clipped."""
     steps = jax.random.geometric(key, 1 - discount, starts.shape, dtype=jnp.int32)
     return jnp.minimum(starts + steps, ends)
+
+
+def _no_further(ahead: jax.Array, starts: jax.Array, goals: jax.Array) -> jax.Array:
+    """`ahead`, or the goal where it lies between `starts` and there."""
+    return jnp.where((starts <= goals) & (goals <= ahead), goals, ahead)

@@ -1,0 +1,119 @@
+"""Generated data: reproducible to the byte, whole episodes only, dropped ones counted."""
+
+import hashlib
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench import cli, envs
+from pigbench.data import collect, dataset, manifest
+from pigbench.data.manifest import Spec
+from pigbench.data.writer import Writer
+from pigbench.envs.environment import CubeEnv
+from pigbench.envs.oracles import PlayPolicy, Policy
+from pigbench.envs.physics.mujoco import MujocoPhysics
+from pigbench.envs.scene import build
+
+
+def spec(env: CubeEnv, **changes) -> Spec:
+    settings = {
+        "environment": "cube-double",
+        "policy": "play",
+        "physics": "exact",
+        "engine": "mujoco",
+        "seed": 3,
+        "episodes": {"train": 5, "val": 1},
+        "episodes_per_shard": 4,
+        "rows_per_episode": 21,
+        "fields": collect.FIELDS,
+        "layout": dataset.sizes(env.layout),
+        "action_size": env.action_size,
+        "versions": {},
+    }
+    return Spec(**settings | changes)
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def generate(folder: Path, env: CubeEnv, policy: Policy, **changes) -> Path:
+    settings = spec(env, **changes)
+    collect.write_missing(env, policy, settings, Writer(folder, settings))
+    return folder
+
+
+def test_bytes_do_not_depend_on_the_number_of_threads(tmp_path):
+    scene = build(2)
+    for threads in (1, 2):
+        env = CubeEnv(envs.SPECS["cube-double"], MujocoPhysics(scene, threads))
+        generate(tmp_path / str(threads), env, PlayPolicy(scene))
+    assert digests(tmp_path / "1") == digests(tmp_path / "2")
+
+
+def test_an_episode_replays_in_the_environment(tmp_path):
+    env = envs.make("cube-double")
+    split = dataset.load(generate(tmp_path, env, PlayPolicy(env.scene))).split("train")
+    observations, actions = split.concatenate("observations"), split.concatenate("actions")
+    qpos, qvel = split.concatenate("qpos"), split.concatenate("qvel")
+    assert observations.shape == (5 * 21, 37)
+    assert np.abs(actions).max() <= 1
+    ends = np.flatnonzero(split.concatenate("terminals"))
+    np.testing.assert_array_equal(ends, 21 * np.r_[1:6] - 1)
+    state = env.physics.init(qpos[42], qvel[42])  # an episode's first row, at rest
+    simulate = jax.jit(env.simulate)
+    for row in range(42, 62):
+        np.testing.assert_allclose(state.qpos, qpos[row], atol=1e-6)
+        np.testing.assert_allclose(env.observe(state), observations[row], atol=1e-5)
+        state = simulate(state, actions[row])
+
+
+class Breaking(PlayPolicy):
+    """Asks for the impossible in the episodes whose first draw is above a half."""
+
+    def act(self, key, state, physics_state):
+        action = super().act(key, state, physics_state)
+        return jnp.where(state.stacking > 0.125, jnp.nan, action)
+
+
+def test_diverged_episodes_are_dropped_and_counted(tmp_path):
+    env = envs.make("cube-double")
+    whole = generate(tmp_path / "whole", env, PlayPolicy(env.scene))
+    some = generate(tmp_path / "some", env, Breaking(env.scene))
+    records = manifest.read(some).shards
+    dropped = sum(record.dropped for record in records)
+    assert 0 < dropped < 6
+    assert sum(record.episodes for record in records) == 6 - dropped
+    assert not dataset.verify(some)
+    # What is left is what would have been there anyway.
+    kept = dataset.load(some).split("train").concatenate("qpos").reshape(-1, 21, 28)
+    everything = dataset.load(whole).split("train").concatenate("qpos").reshape(-1, 21, 28)
+    for episode in kept:
+        assert any(np.array_equal(episode, other) for other in everything)
+
+
+def test_a_killed_generation_is_resumed_to_the_same_bytes(tmp_path):
+    options = [
+        *("generate", "cube-single", "--episodes", "12", "--validation-episodes", "1"),
+        *("--episode-length", "101", "--episodes-per-shard", "2"),
+    ]
+    cli.run([*options, "--out", str(tmp_path / "whole")])
+    cut = tmp_path / "cut"
+    command = [sys.executable, "-c", "from pigbench.cli import main; main()"]
+    process = subprocess.Popen([*command, *options, "--out", str(cut)], stderr=subprocess.DEVNULL)
+    while not list(cut.glob("train-*/qvel.npy")) and process.poll() is None:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL, "the generation ended before it could be killed"
+    cli.run([*options, "--out", str(cut)])
+    assert digests(tmp_path / "whole") == digests(cut)

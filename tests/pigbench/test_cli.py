@@ -1,0 +1,181 @@
+"""The command line end to end on a tiny case, and what it says to bad input."""
+
+import csv
+import io
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pigbench import cli
+from pigbench.errors import UserError
+from pigbench.training import episodes
+
+SMALL = ["--episode-length", "31", "--episodes-per-shard", "2"]
+GENERATE = ["generate", "cube-single", "--episodes", "3", "--validation-episodes", "1", *SMALL]
+TINY_NETWORKS = [
+    *("--agent.batch-size", "8"),
+    *("--agent.value-hidden-sizes", "8"),
+    *("--agent.actor-hidden-sizes", "8"),
+]
+SCHEDULE = ["--steps", "4", "--log-every", "1", "--evaluate-every", "2"]
+TRAIN = ["--preset", "cpu", *TINY_NETWORKS, *SCHEDULE, "--evaluation.episodes", "1"]
+
+
+def train(method: str, data: Path, out: Path, *more: str) -> None:
+    cli.run(["train", method, "--data", str(data), "--out", str(out), *TRAIN, *more])
+
+
+@pytest.fixture(scope="session")
+def data(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("cli") / "data"
+    cli.run([*GENERATE, "--out", str(folder)])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def run(data, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("cli") / "run"
+    train("hjb-gcivl", data, folder)
+    return folder
+
+
+def test_lists_name_environments_and_methods(capsys):
+    cli.run(["list", "envs"])
+    cli.run(["list", "methods"])
+    names = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
+    assert {"cube-single", "cube-octuple", "gcivl", "eik-gcivl", "hjb-gcivl"} <= names
+
+
+def test_a_generated_data_set_is_whole(data, capsys):
+    cli.run(["data", "verify", str(data)])
+    cli.run(["data", "info", str(data)])
+    out = capsys.readouterr().out
+    assert "is whole" in out
+    assert "93 rows, 3 of 3 episodes" in out
+
+
+def test_a_run_has_metrics_checkpoint_and_episodes(run):
+    assert (run / "metrics.jsonl").read_text().count("\n") == 4
+    assert (run / "checkpoints" / "4").is_dir()
+    rows = episodes.read(run / "episodes.csv")
+    assert {row.step for row in rows} == {0, 2, 4}
+    assert len(rows) == 3 * 5
+
+
+def test_finished_work_is_not_done_again(data, run, capsys):
+    before = {path: path.stat().st_mtime_ns for path in run.rglob("*.csv")}
+    shards = {path: path.stat().st_mtime_ns for path in data.rglob("*.npy")}
+    cli.run([*GENERATE, "--out", str(data)])
+    train("hjb-gcivl", data, run)
+    assert before == {path: path.stat().st_mtime_ns for path in run.rglob("*.csv")}
+    assert shards == {path: path.stat().st_mtime_ns for path in data.rglob("*.npy")}
+
+
+def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path):
+    def last_rows(folder: Path) -> dict[tuple[int, int], episodes.Episode]:
+        rows = episodes.read(folder / "episodes.csv")
+        return {(row.task, row.episode): row for row in rows if row.step == 4}
+
+    copy = tmp_path / "run"
+    shutil.copytree(run, copy)
+    cli.run(["evaluate", str(copy), "--episodes", "2"])
+    rows = last_rows(copy)
+    assert list(rows) == [(task, episode) for task in range(1, 6) for episode in (0, 1)]
+    assert last_rows(run).items() <= rows.items()
+
+
+def test_table_and_plot_need_the_saved_files_only(run, tmp_path, capsys):
+    copy = tmp_path / "run"
+    copy.mkdir()
+    for name in ("config.json", "episodes.csv"):
+        shutil.copy(run / name, copy)
+    cli.run(["table", str(copy), "--format", "csv"])
+    table = list(csv.reader(io.StringIO(capsys.readouterr().out)))
+    assert ["hjb-gcivl", "cube-single"] in [row[:2] for row in table]
+    cli.run(["plot", str(copy), "--out", str(tmp_path / "curves.png")])
+    picture = np.asarray(Image.open(tmp_path / "curves.png"))
+    assert picture.std() > 1
+
+
+WRONG = {
+    "unknown command": (["trian"], "did you mean 'train'?"),
+    "unknown environment": (
+        ["generate", "cube-singel", "--out", "D"],
+        "mean 'cube-single'?",
+    ),
+    "unknown policy": (["generate", "cube-single", "--out", "D", "--policy", "ply"], "'play'"),
+    "unknown profile": (["generate", "cube-single", "--out", "D", "--physics", "exat"], "'exact'"),
+    "unknown engine": (["generate", "cube-single", "--out", "D", "--engine", "mujco"], "'mujoco'"),
+    "unknown method": (["train", "gcivil", "--data", "D", "--out", "R"], "did you mean 'gcivl'?"),
+    "unknown preset": (
+        ["train", "gcivl", "--data", "D", "--out", "R", "--preset", "papr"],
+        "did you mean 'paper'?",
+    ),
+    "unknown field": (
+        ["train", "gcivl", "--data", "D", "--out", "R", "--agent.discont", "1"],
+        "--agent.discount",
+    ),
+    "unreadable value": (["generate", "cube-single", "--out", "D", "--seed", "x"], "--seed"),
+    "impossible value": (
+        ["generate", "cube-single", "--out", "D", "--episodes", "0"],
+        "at least 1",
+    ),
+    "missing option": (["train", "gcivl", "--data", "D"], "--out"),
+    "missing data set": (["data", "info", "D"], "pigbench generate"),
+    "missing run": (["evaluate", "R"], "pigbench train"),
+    "no runs": (["table"], "no runs"),
+}
+
+
+@pytest.mark.parametrize("arguments, says", WRONG.values(), ids=WRONG)
+def test_bad_input_gets_one_clear_line_and_status_2(arguments, says, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["pigbench", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    error = capsys.readouterr().err
+    assert stop.value.code == 2
+    assert says in error
+    assert error.startswith("pigbench: ")
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_torn_data_set_is_named(data, tmp_path):
+    copy = tmp_path / "data"
+    shutil.copytree(data, copy)
+    torn = copy / "train-00000" / "actions.npy"
+    torn.write_bytes(torn.read_bytes()[:-8])
+    with pytest.raises(UserError, match=r"train-00000/actions\.npy is torn"):
+        train("gcivl", copy, tmp_path / "run")
+
+
+def test_nan_in_a_data_set_is_named(data, tmp_path):
+    copy = tmp_path / "data"
+    shutil.copytree(data, copy)
+    path = copy / "train-00001" / "observations.npy"
+    observations = np.load(path, mmap_mode="r+")
+    observations[7, 3] = np.nan
+    observations.flush()
+    with pytest.raises(UserError, match=r"train-00001/observations\.npy holds NaN"):
+        train("gcivl", copy, tmp_path / "run")
+    with pytest.raises(UserError, match="faults"):
+        cli.run(["data", "verify", str(copy)])
+
+
+def test_a_run_of_another_configuration_is_left_alone(data, run, tmp_path):
+    with pytest.raises(UserError, match=r"discount"):
+        train("hjb-gcivl", data, run, "--agent.discount", "0.5")
+
+
+def test_a_torn_checkpoint_is_named(run, tmp_path):
+    copy = tmp_path / "run"
+    shutil.copytree(run, copy)
+    for path in (copy / "checkpoints" / "4").rglob("d/*"):
+        path.write_bytes(b"")
+    with pytest.raises(UserError, match=r"checkpoints/4 cannot be read"):
+        cli.run(["evaluate", str(copy)])

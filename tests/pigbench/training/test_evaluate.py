@@ -1,0 +1,83 @@
+"""Evaluation against what its episodes must do."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from pigbench import agents, envs
+from pigbench.envs.environment import CubeEnv
+from pigbench.envs.tasks import Task
+from pigbench.errors import UserError
+from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
+
+SOLVED = Task("solved", ((0.4, 0.0),), ((0.4, 0.0),))
+FAR = Task("far", ((0.4, 0.2),), ((0.4, -0.2),))
+
+
+class Still:
+    """An agent that asks for `params` as its action, whatever it sees."""
+
+    def act(self, params, observations, goals, key):
+        return jnp.broadcast_to(params, (len(observations), 5))
+
+
+class Drawn:
+    """An agent whose actions are random."""
+
+    def act(self, params, observations, goals, key):
+        return jax.random.uniform(key, (len(observations), 5), minval=-1, maxval=1)
+
+
+@pytest.fixture(scope="module")
+def env() -> CubeEnv:
+    single = envs.make("cube-single")
+    spec = dataclasses.replace(single.spec, tasks=(SOLVED, FAR), episode_length=6)
+    return CubeEnv(spec, single.physics)
+
+
+def test_success_and_length_are_those_of_the_episodes(env):
+    evaluation = Evaluation(episodes=3)
+    outcome = make_evaluator(env, Still(), evaluation)(jnp.zeros(5))
+    np.testing.assert_array_equal(outcome.success, [[True] * 3, [False] * 3])
+    np.testing.assert_array_equal(outcome.length, [[1] * 3, [6] * 3])
+    assert not outcome.diverged.any()
+    rows = as_episodes(outcome, env, evaluation, step=7)
+    assert [(row.step, row.task, row.task_name, row.episode, row.length) for row in rows] == [
+        *((7, 1, "solved", episode, 1) for episode in range(3)),
+        *((7, 2, "far", episode, 6) for episode in range(3)),
+    ]
+
+
+def test_a_diverged_simulation_counts_as_failed(env):
+    outcome = make_evaluator(env, Still(), Evaluation(episodes=1))(jnp.full(5, jnp.nan))
+    assert outcome.diverged.all()
+    assert not outcome.success.any()
+    np.testing.assert_array_equal(outcome.length, 1)
+
+
+def test_episodes_depend_on_seed_task_and_number_alone(env):
+    few = make_evaluator(env, Drawn(), Evaluation(episodes=1, seed=4))
+    many = make_evaluator(env, Drawn(), Evaluation(episodes=3, seed=4))
+    for one, other in zip(few(None), many(None), strict=True):
+        np.testing.assert_array_equal(one, other[:, :1])
+
+
+def test_no_episodes_are_refused():
+    with pytest.raises(UserError, match="at least 1"):
+        Evaluation(episodes=0)
+
+
+def test_every_method_can_be_evaluated(env):
+    agent = agents.build(
+        "gcivl",
+        agents.get("gcivl").preset("cpu"),
+        observation_size=env.observation_size,
+        action_size=env.action_size,
+        layout=env.layout,
+    )
+    params = agents.create(agent, jax.random.key(0)).params
+    outcome = make_evaluator(env, agent, Evaluation(episodes=1))(params)
+    assert outcome.success.shape == (2, 1)

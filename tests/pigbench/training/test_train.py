@@ -1,0 +1,98 @@
+"""Training that is killed and started again ends where an uninterrupted one does."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from pigbench import agents, cli, envs
+from pigbench.data.sampler import Rows
+from pigbench.errors import UserError
+from pigbench.training.checkpoints import Checkpoints
+from pigbench.training.run import agent_config, read_run
+from pigbench.training.train import Schedule, make_updates
+
+STEPS = 600
+
+
+def parameters(folder: Path) -> list[np.ndarray]:
+    run = read_run(folder)
+    env = envs.make(run.config.environment)
+    agent = agents.build(
+        run.config.method,
+        agent_config(run),
+        observation_size=env.observation_size,
+        action_size=env.action_size,
+        layout=env.layout,
+    )
+    with Checkpoints(run.checkpoints_path) as checkpoints:
+        state = checkpoints.restore(agents.create(agent, jax.random.key(1)))
+    assert state is not None
+    assert int(state.step) == STEPS
+    return [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
+
+
+def test_a_killed_run_ends_with_the_same_parameters_to_the_bit(tmp_path):
+    data = tmp_path / "data"
+    generate = ["generate", "cube-single", "--out", str(data), "--episodes", "2"]
+    cli.run([*generate, "--episode-length", "51", "--validation-episodes", "0"])
+    options = [
+        *("train", "hjb-gcivl", "--data", str(data), "--preset", "cpu", "--steps", str(STEPS)),
+        *("--evaluate-every", "300", "--log-every", "10", "--evaluation.episodes", "1"),
+        *("--agent.value-hidden-sizes", "64", "--agent.actor-hidden-sizes", "64", "64"),
+    ]
+    cli.run([*options, "--out", str(tmp_path / "whole")])
+
+    cut = tmp_path / "cut"
+    command = [sys.executable, "-c", "from pigbench.cli import main; main()"]
+    process = subprocess.Popen([*command, *options, "--out", str(cut)], stderr=subprocess.DEVNULL)
+    while not list(cut.glob("checkpoints/[1-9]*")) and process.poll() is None:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL, "the run ended before it could be killed"
+    cli.run([*options, "--out", str(cut)])
+
+    for one, other in zip(parameters(tmp_path / "whole"), parameters(cut), strict=True):
+        np.testing.assert_array_equal(one, other)
+    for name in ("episodes.csv", "metrics.jsonl"):
+        assert (tmp_path / "whole" / name).read_text() == (cut / name).read_text()
+
+
+def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
+    rng = np.random.default_rng(0)
+    rows = Rows.create(
+        rng.normal(size=(60, 4)).astype(np.float32),
+        rng.uniform(-1, 1, size=(60, 2)).astype(np.float32),
+        np.arange(60) % 20 == 19,
+    )
+    config = agents.get("gcivl").preset("cpu")
+    agent = agents.build("gcivl", config, observation_size=4, action_size=2, layout={})
+    updates = make_updates(agent, jax.random.key(3))
+
+    def after(*counts: int) -> list[np.ndarray]:
+        state = agents.create(agent, jax.random.key(0))
+        for count in counts:
+            state, _ = updates(state, rows, count)
+        return [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
+
+    for one, other in zip(after(7), after(3, 4), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_the_schedule_stops_where_there_is_something_to_do():
+    schedule = Schedule(steps=25, log_every=4, evaluate_every=10)
+    stops, step = [], 0
+    while step < 25:
+        step = schedule.next_stop(step)
+        stops.append(step)
+    assert stops == [4, 8, 10, 12, 16, 20, 24, 25]
+
+
+def test_an_impossible_schedule_is_refused():
+    with pytest.raises(UserError, match="log_every is 0"):
+        Schedule(log_every=0)
