@@ -5,14 +5,45 @@ from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
 import jax
+import jax.numpy as jnp
 
 from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
 
 Params = dict[str, Any]  # network name -> its parameters
-Metrics = dict[str, jax.Array]  # name -> scalar
+Metrics = dict[str, jax.Array]  # "<part>/<quantity>" -> scalar
 
 Config = TypeVar("Config", bound=AgentConfig)
+T = TypeVar("T")
+
+
+def combine(*parts: tuple[jax.Array, Metrics]) -> tuple[jax.Array, Metrics]:
+    """The sum of the parts' losses, and the metrics of all."""
+    metrics = {name: value for _, part in parts for name, value in part.items()}
+    return jnp.stack([loss for loss, _ in parts]).sum(), metrics
+
+
+def describe(part: str, values: jax.Array) -> Metrics:
+    """Mean, least and greatest of `values`, as metrics of `part`."""
+    return {
+        f"{part}/mean": values.mean(),
+        f"{part}/min": values.min(),
+        f"{part}/max": values.max(),
+    }
+
+
+def add_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
+    """`entries` under longer names: those of one level of a hierarchy among the other's."""
+    return {prefix + name: entry for name, entry in entries.items()}
+
+
+def take_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
+    """What `add_prefix` was given."""
+    return {
+        name.removeprefix(prefix): entry
+        for name, entry in entries.items()
+        if name.startswith(prefix)
+    }
 
 
 class Agent(abc.ABC, Generic[Config]):

@@ -35,12 +35,39 @@ class GoalMixture:
 
 
 @dataclass(frozen=True)
+class SubgoalSampling:
+    """How a hierarchy wants its `Subgoals`: K = `steps`, and how the low level's goals lie."""
+
+    steps: int
+    low_value_goals: GoalMixture
+    low_discount: float
+
+
+@dataclass(frozen=True)
 class Sampling:
     """How an agent wants its batches drawn; `discount` sets the reach of geometric future goals."""
 
     value_goals: GoalMixture
     actor_goals: GoalMixture
     discount: float
+    subgoals: SubgoalSampling | None = None  # of hierarchical agents
+
+
+@struct.dataclass
+class Subgoals:
+    """What a hierarchy needs besides, for the same B transitions.
+
+    A subgoal is the state K steps after a transition's first, or the episode's last state or the
+    goal where that comes sooner.
+    """
+
+    value_subgoals: jax.Array  # (B, observation_size), on the way to the value goals
+    value_steps: jax.Array  # (B,) int32: steps to the value subgoals
+    value_success: jax.Array  # (B,) float32: 1 where the subgoal is itself the value goal, else 0
+    actor_subgoals: jax.Array  # (B, observation_size), on the way to the actor goals
+    low_value_goals: jax.Array  # (B, observation_size)
+    low_value_success: jax.Array  # (B,) float32: as `Batch.value_success`, of the low level's goals
+    low_actor_goals: jax.Array  # (B, observation_size), K steps on or the episode's last
 
 
 @struct.dataclass
@@ -55,3 +82,4 @@ class Batch:
         jax.Array
     )  # (B,) float32: 1 where the first state is itself the value goal, else 0
     actor_goals: jax.Array  # (B, observation_size)
+    subgoals: Subgoals | None = None  # where the agent's `Sampling` asks for them

@@ -6,17 +6,18 @@ low_actor_loss), with the full state in place of the low-level one.
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property, partial
-from typing import Any, cast
+from functools import cached_property
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from pigbench.agents import losses
-from pigbench.agents.agent import Agent, Metrics, Params
+from pigbench.agents import actors, losses
+from pigbench.agents.actors import PolicyAgent
+from pigbench.agents.agent import Metrics, Params, combine, describe
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig, require
-from pigbench.agents.networks import Policy, Value
+from pigbench.agents.networks import Value, apply_ensemble, init_ensemble
 from pigbench.agents.regularizers import Regularizer
 
 
@@ -34,7 +35,7 @@ class GCIVLConfig(AgentConfig):
         require(self, lambda x: x >= 0, "at least 0", "temperature")
 
 
-class GCIVL(Agent[GCIVLConfig]):
+class GCIVL(PolicyAgent[GCIVLConfig]):
     """Two values V_i(s, g) with target copies, and a Gaussian policy of standard deviation 1."""
 
     target_networks = ("value",)
@@ -45,80 +46,62 @@ class GCIVL(Agent[GCIVLConfig]):
         """The network of one member."""
         return Value(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
-    @cached_property
-    def policy(self) -> Policy:
-        """The network of the policy's mean."""
-        return Policy(self.config.actor_hidden_sizes, self.action_size)
-
     def init(self, key: jax.Array) -> Params:
         """Parameters of "value" (two members, stacked) and of "policy"."""
         value_key, policy_key = jax.random.split(key)
         states = jnp.zeros((1, self.observation_size))
-        init_member = partial(self.value.init, observations=states, goals=states)
         return {
-            "value": jax.vmap(init_member)(jax.random.split(value_key, self.members)),
-            "policy": self.policy.init(policy_key, observations=states, goals=states),
+            "value": init_ensemble(
+                self.value, value_key, self.members, observations=states, goals=states
+            ),
+            "policy": self.init_policy(policy_key),
         }
 
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
         """Value loss plus actor loss; they train disjoint networks. Draws nothing from `key`."""
-        value_loss, value_metrics = self._value_loss(params["value"], target_params["value"], batch)
-        actor_loss, actor_metrics = self._actor_loss(params["policy"], params["value"], batch)
-        return value_loss + actor_loss, value_metrics | actor_metrics
-
-    def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
-    ) -> jax.Array:
-        """The policy's mean, clipped to [-1, 1]. Draws nothing from `key`."""
-        means = self._policy(params["policy"], observations=observations, goals=goals)
-        return jnp.clip(means, -1, 1)
+        return combine(
+            self._value_loss(params["value"], target_params["value"], batch),
+            self._actor_loss(params, batch),
+        )
 
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
 
         def regularized(member: Any) -> tuple[jax.Array, jax.Array]:
-            return config.regularizer(
-                lambda states: self._value(member, observations=states, goals=batch.value_goals),
-                batch.observations,
-                batch.next_observations,
-            )
+            def value(states: jax.Array) -> Any:
+                return self.value.apply(member, observations=states, goals=batch.value_goals)
+
+            return config.regularizer(value, batch.observations, batch.next_observations)
 
         values, residuals = jax.vmap(regularized)(members)
         target_values, next_values = self._transition_values(targets, batch, batch.value_goals)
-
-        # The reward is -1 a step until the goal; there it is 0, and nothing follows.
-        backups = losses.td_target(
-            batch.value_success - 1, 1 - batch.value_success, next_values, discount=config.discount
-        )
-        advantages = backups.min(axis=0) - target_values.mean(axis=0)
-        td_losses = losses.expectile(advantages, backups - values, level=config.expectile)
-
-        td_loss = td_losses.sum(axis=0).mean()
+        td_loss = losses.implicit_value(
+            values,
+            target_values,
+            next_values,
+            batch.value_success,
+            discount=config.discount,
+            level=config.expectile,
+        ).mean()
         regularization = config.regularizer.weight * residuals.sum(axis=0).mean()
-        return td_loss + regularization, {
+        return td_loss + regularization, describe("value", values) | {
             "value/td_loss": td_loss,
             "value/regularization": regularization,
             "value/residual": residuals.mean(),
-            "value/mean": values.mean(),
-            "value/min": values.min(),
-            "value/max": values.max(),
         }
 
-    def _actor_loss(self, policy: Any, members: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
+    def _actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
         values, next_values = self._transition_values(
-            jax.lax.stop_gradient(members), batch, batch.actor_goals
+            jax.lax.stop_gradient(params["value"]), batch, batch.actor_goals
         )
-        advantages = next_values.mean(axis=0) - values.mean(axis=0)
-        means = self._policy(policy, observations=batch.observations, goals=batch.actor_goals)
-        log_probs = losses.unit_gaussian_log_prob(batch.actions, means)
-        loss = losses.awr(advantages, log_probs, temperature=self.config.temperature).mean()
-        return loss, {
-            "actor/loss": loss,
-            "actor/advantage": advantages.mean(),
-            "actor/mse": jnp.mean((batch.actions - means) ** 2),
-        }
+        return actors.awr(
+            self.means(params, batch.observations, batch.actor_goals),
+            batch.actions,
+            next_values.mean(axis=0) - values.mean(axis=0),
+            temperature=self.config.temperature,
+        )
 
     def _transition_values(
         self, members: Any, batch: Batch, goals: jax.Array
@@ -126,11 +109,5 @@ class GCIVL(Agent[GCIVLConfig]):
         """V_i(s, g) and V_i(s', g), each (members, B), in one call."""
         states = jnp.stack([batch.observations, batch.next_observations])
         goals = jnp.broadcast_to(goals, states.shape)
-        values = jax.vmap(partial(self._value, observations=states, goals=goals))(members)
+        values = apply_ensemble(self.value, members, observations=states, goals=goals)
         return values[:, 0], values[:, 1]
-
-    def _value(self, member: Any, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        return cast(jax.Array, self.value.apply(member, observations=observations, goals=goals))
-
-    def _policy(self, policy: Any, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        return cast(jax.Array, self.policy.apply(policy, observations=observations, goals=goals))

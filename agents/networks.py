@@ -5,7 +5,7 @@ and `jax.vmap` maps any function of one member's parameters over them.
 """
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any
 
 import flax.linen as nn
 import jax
@@ -83,6 +83,20 @@ class BilinearCritic(nn.Module):
         return phi / jnp.sqrt(self.latent_size), psi
 
 
+class LatentDynamics(nn.Module):
+    """The embedding of the state after an action, as the state's own embedding plus a change."""
+
+    hidden_sizes: Sequence[int]
+    layer_norm: bool
+
+    @nn.compact
+    def __call__(self, *, latents: jax.Array, actions: jax.Array) -> jax.Array:
+        """(..., n) and (..., a) to (..., n)."""
+        inputs = jnp.concatenate([latents, actions], axis=-1)
+        size = latents.shape[-1]
+        return latents + MLP(self.hidden_sizes, size, layer_norm=self.layer_norm)(inputs)
+
+
 class Policy(nn.Module):
     """The mean of pi(a | s, g), near zero at first; it is not squashed."""
 
@@ -101,14 +115,9 @@ def init_ensemble(network: nn.Module, key: jax.Array, members: int, **inputs: ja
     return jax.vmap(lambda key: network.init(key, **inputs))(jax.random.split(key, members))
 
 
-def apply_ensemble(network: nn.Module, ensemble: Any, **inputs: jax.Array) -> jax.Array:
-    """What each member makes of the same inputs: the network's output, a leading axis more."""
-    return jax.vmap(lambda member: apply(network, member, **inputs))(ensemble)
-
-
-def apply(network: nn.Module, params: Any, **inputs: jax.Array) -> jax.Array:
-    """`network.apply` for a network without mutable state."""
-    return cast(jax.Array, network.apply(params, **inputs))
+def apply_ensemble(network: nn.Module, ensemble: Any, **inputs: jax.Array) -> Any:
+    """What each member makes of the same inputs: the network's output with a leading axis more."""
+    return jax.vmap(lambda member: network.apply(member, **inputs))(ensemble)
 
 
 def _dense(size: int, *, scale: float) -> nn.Dense:

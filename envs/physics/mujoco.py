@@ -1,5 +1,6 @@
 """MuJoCo in C on all cores, behind a host callback."""
 
+import copy
 import os
 import threading
 from dataclasses import replace
@@ -7,6 +8,7 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
+import mujoco
 import numpy as np
 from mujoco.batch import Batch, SimulationError
 
@@ -21,6 +23,9 @@ class MujocoPhysics(Physics):
 
     def __init__(self, scene: Scene, threads: int | None = None):
         super().__init__(scene)
+        self._model = copy.copy(scene.model)
+        # A simulation that diverges must show, not restart by itself.
+        self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self._threads = threads or len(os.sched_getaffinity(0))
         self._batches: dict[int, Batch] = {}
         self._lock = threading.Lock()  # a batch serves one thread of the caller's at a time
@@ -94,7 +99,7 @@ class MujocoPhysics(Physics):
 
     def _batch(self, nsim: int) -> Batch:
         if nsim not in self._batches:
-            batch = Batch(self.scene.model, nsim, self._threads)
+            batch = Batch(self._model, nsim, self._threads)
             for field in ("site_xpos", "site_xmat", "cfrc_ext"):
                 batch.bind(field)
             self._batches[nsim] = batch

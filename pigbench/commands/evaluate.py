@@ -3,15 +3,13 @@
 import dataclasses
 from pathlib import Path
 
-import jax
 import tyro
 
-from pigbench import agents, envs
-from pigbench.errors import UserError
+from pigbench import envs
+from pigbench.support.progress import Progress
 from pigbench.training import episodes
-from pigbench.training.checkpoints import Checkpoints
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
-from pigbench.training.run import agent_config, read_run
+from pigbench.training.restore import restore
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,20 +31,10 @@ class Evaluate:
     def run(self) -> None:
         """Evaluate, record and print the success of each task."""
         evaluation = Evaluation(self.episodes, self.seed)
-        run = read_run(self.run_folder)
-        env = envs.make(run.config.environment, engine=self.engine, profile=run.config.physics)
-        agent = agents.build(
-            run.config.method,
-            agent_config(run),
-            observation_size=env.observation_size,
-            action_size=env.action_size,
-            layout=env.layout,
-        )
-        with Checkpoints(run.checkpoints_path) as checkpoints:
-            state = checkpoints.restore(agents.create(agent, jax.random.key(0)))
-        if state is None:
-            raise UserError(f"{self.run_folder} has no checkpoint yet; train it first")
-        outcome = make_evaluator(env, agent, evaluation)(state.params)
+        run, env, agent, state = restore(self.run_folder, engine=self.engine)
+        evaluate = make_evaluator(env, agent, evaluation)
+        with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
+            outcome = evaluate(state.params, progress.reach)
         rows = as_episodes(outcome, env, evaluation, step=int(state.step))
         episodes.record(run.episodes_path, rows)
         for task, successes in zip(env.spec.tasks, outcome.success, strict=True):

@@ -15,6 +15,7 @@ from pigbench.data.dataset import Dataset
 from pigbench.data.sampler import Rows
 from pigbench.training.evaluate import Evaluation
 from pigbench.training.provenance import provenance
+from pigbench.training.restore import agent_for
 from pigbench.training.run import RunConfig, open_run
 from pigbench.training.train import Schedule, train
 
@@ -72,13 +73,7 @@ class Train:
         data = dataset.load(self.data)
         env = envs.make(data.spec.environment, engine=self.engine, profile=data.spec.physics)
         dataset.check_layout(data, env.layout)
-        agent = agents.build(
-            self.method,
-            self.agent,
-            observation_size=env.observation_size,
-            action_size=env.action_size,
-            layout=env.layout,
-        )
+        agent = agent_for(env, self.method, self.agent)
         run = open_run(
             self.out,
             RunConfig(

@@ -45,6 +45,10 @@ class Progress:
         if self._clock() - self._shown_at >= interval:
             self._show(end="")
 
+    def reach(self, done: int, note: str = "") -> None:
+        """As `advance`, given how much is done altogether."""
+        self.advance(done - self._done, note)
+
     def __enter__(self) -> "Progress":
         self._show(end="")
         return self

@@ -13,6 +13,8 @@ from pigbench.envs import CubeEnv, State
 from pigbench.errors import UserError
 from pigbench.training.episodes import Episode
 
+_REPORT_EVERY = 50  # control steps
+
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -34,7 +36,16 @@ class Outcome(NamedTuple):
     diverged: np.ndarray
 
 
-Evaluator = Callable[[Params], Outcome]
+Report = Callable[[int], None]  # told how many control steps the longest episode has taken
+Evaluator = Callable[[Params, Report], Outcome]
+
+
+class Rollout(NamedTuple):
+    """Episodes under way: `lengths` (episodes,) steps each, `time` () steps of the longest."""
+
+    states: State
+    lengths: jax.Array
+    time: jax.Array
 
 
 def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evaluator:
@@ -43,45 +54,46 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
     An episode's scene and the policy's draws follow from the evaluation's seed, the task and the
     episode's number alone. The rollout stops when every episode has ended.
     """
-    grid = np.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)
+    tasks, episodes = np.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)
+    tasks += 1
 
-    def key(task: jax.Array, episode: jax.Array) -> jax.Array:
+    def keys(task: jax.Array, episode: jax.Array) -> tuple[jax.Array, jax.Array]:
         task_key = jax.random.fold_in(jax.random.key(evaluation.seed), task)
-        return jax.random.fold_in(task_key, episode)
+        reset_key, act_key = jax.random.split(jax.random.fold_in(task_key, episode))
+        return reset_key, act_key
 
     @jax.jit
-    def rollout(params: Params) -> tuple[State, jax.Array]:
-        tasks, episodes = jnp.asarray(grid[0] + 1, jnp.int32), jnp.asarray(grid[1], jnp.int32)
-        reset_keys, act_keys = jax.vmap(lambda t, e: jax.random.split(key(t, e)), out_axes=1)(
-            tasks, episodes
-        )
-
-        def going_on(carry: tuple[State, jax.Array, jax.Array]) -> jax.Array:
-            states, _, time = carry
-            return jnp.any(states.done == 0) & (time < env.episode_length)
-
-        def step(
-            carry: tuple[State, jax.Array, jax.Array],
-        ) -> tuple[State, jax.Array, jax.Array]:
-            states, lengths, time = carry
-            keys = jax.vmap(jax.random.fold_in, in_axes=(0, None))(act_keys, time)
-            lengths = lengths + (states.done == 0)
-            actions = jax.vmap(lambda o, g, k: agent.act(params, o[None], g[None], k)[0])(
-                states.obs, states.info["goal"], keys
-            )
-            return jax.vmap(env.step)(states, actions), lengths, time + 1
-
+    def begin() -> Rollout:
+        reset_keys, _ = jax.vmap(keys)(tasks, episodes)
         states = jax.vmap(env.reset_task)(reset_keys, tasks)
-        zero = jnp.zeros((), jnp.int32)
-        states, lengths, _ = jax.lax.while_loop(
-            going_on, step, (states, jnp.zeros_like(tasks), zero)
-        )
-        return states, lengths
+        return Rollout(states, jnp.zeros(len(tasks), jnp.int32), jnp.zeros((), jnp.int32))
 
-    def evaluate(params: Params) -> Outcome:
-        states, lengths = rollout(params)
+    @jax.jit
+    def advance(params: Params, rollout: Rollout, stop: int) -> Rollout:
+        _, act_keys = jax.vmap(keys)(tasks, episodes)
+
+        def going_on(rollout: Rollout) -> jax.Array:
+            return jnp.any(rollout.states.done == 0) & (rollout.time < stop)
+
+        def step(rollout: Rollout) -> Rollout:
+            states, lengths, time = rollout
+            step_keys = jax.vmap(jax.random.fold_in, in_axes=(0, None))(act_keys, time)
+            actions = jax.vmap(lambda o, g, k: agent.act(params, o[None], g[None], k)[0])(
+                states.obs, states.info["goal"], step_keys
+            )
+            lengths = lengths + (states.done == 0)
+            return Rollout(jax.vmap(env.step)(states, actions), lengths, time + 1)
+
+        return jax.lax.while_loop(going_on, step, rollout)
+
+    def evaluate(params: Params, report: Report) -> Outcome:
+        rollout = begin()
+        for stop in range(_REPORT_EVERY, env.episode_length + _REPORT_EVERY, _REPORT_EVERY):
+            rollout = advance(params, rollout, min(stop, env.episode_length))
+            report(int(rollout.time))
+        info = rollout.states.info
+        arrays = (info["success"], rollout.lengths, info["diverged"])
         shape = (env.num_tasks, evaluation.episodes)
-        arrays = (states.info["success"], lengths, states.info["diverged"])
         return Outcome(*(np.asarray(array).reshape(shape) for array in arrays))
 
     return evaluate

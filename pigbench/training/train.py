@@ -4,6 +4,7 @@ Seed and step determine every batch and every draw, and evaluation has keys of i
 that was killed and started again ends with the same parameters, to the bit, as one that was not.
 """
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -58,35 +59,37 @@ def train(
     init_key, step_key = jax.random.split(jax.random.key(seed))
     evaluator = make_evaluator(env, agent, evaluation)
     updates = make_updates(agent, step_key)
-
-    def evaluate_and_save(state: TrainState) -> str:
-        outcome = evaluator(state.params)
-        rows = as_episodes(outcome, env, evaluation, step=int(state.step))
-        episodes.record(run.episodes_path, rows)
-        checkpoints.save(state)
-        return f"success {100 * outcome.success.mean():.0f} %"
-
-    with Checkpoints(run.checkpoints_path) as checkpoints:
+    with contextlib.ExitStack() as stack:
+        checkpoints = stack.enter_context(Checkpoints(run.checkpoints_path))
         fresh = agents.create(agent, init_key)
         restored = checkpoints.restore(fresh)
         state = fresh if restored is None else restored
         step = int(state.step)
-        with (
-            MetricsLog(run.path, step=step) as log,
-            Progress(
-                run.config.method, total=schedule.steps, unit="updates", done=step
-            ) as progress,
-        ):
-            note = evaluate_and_save(state) if restored is None else "resumed"
-            progress.advance(0, note)
-            while step < schedule.steps:
-                stop = schedule.next_stop(step)
-                state, metrics = updates(state, rows, stop - step)
-                log.write(stop, jax.device_get(metrics))
-                if stop % schedule.evaluate_every == 0 or stop == schedule.steps:
-                    note = evaluate_and_save(state)
-                progress.advance(stop - step, note)
-                step = stop
+        log = stack.enter_context(MetricsLog(run.path, step=step))
+        progress = stack.enter_context(
+            Progress(run.config.method, total=schedule.steps, unit="updates", done=step)
+        )
+
+        def evaluate_and_save(state: TrainState) -> str:
+            outcome = evaluator(
+                state.params,
+                lambda time: progress.advance(0, f"evaluating, {time} of {env.episode_length}"),
+            )
+            rows = as_episodes(outcome, env, evaluation, step=int(state.step))
+            episodes.record(run.episodes_path, rows)
+            checkpoints.save(state)
+            return f"success {100 * outcome.success.mean():.0f} %"
+
+        note = evaluate_and_save(state) if restored is None else "resumed"
+        progress.advance(0, note)
+        while step < schedule.steps:
+            stop = schedule.next_stop(step)
+            state, metrics = updates(state, rows, stop - step)
+            log.write(stop, jax.device_get(metrics))
+            progress.advance(stop - step, note)
+            step = stop
+            if step % schedule.evaluate_every == 0 or step == schedule.steps:
+                note = evaluate_and_save(state)
     return state
 
 

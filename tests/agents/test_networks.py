@@ -3,7 +3,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pigbench.agents.networks import MLP, Policy, Value
+from pigbench.agents.networks import (
+    MLP,
+    BilinearCritic,
+    LatentDynamics,
+    Policy,
+    Value,
+    apply_ensemble,
+    init_ensemble,
+)
 
 
 def gelu(x):
@@ -50,3 +58,45 @@ def test_inputs_are_keyword_only():
     states = jnp.zeros((1, 2))
     with pytest.raises(TypeError, match="positional"):
         Value((8,), layer_norm=True).init(jax.random.key(0), states, states)
+
+
+def test_members_of_an_ensemble_are_networks_of_their_own():
+    network = Value((8,), layer_norm=True)
+    states = jax.random.normal(jax.random.key(1), (5, 2))
+    members = init_ensemble(network, jax.random.key(0), 3, observations=states, goals=states)
+    together = apply_ensemble(network, members, observations=states, goals=-states)
+    apart = [
+        network.apply(
+            jax.tree.map(lambda leaf, i=i: leaf[i], members), observations=states, goals=-states
+        )
+        for i in range(3)
+    ]
+    np.testing.assert_allclose(together, apart, rtol=1e-5)
+    assert not np.allclose(apart[0], apart[1])
+
+
+def test_a_bilinear_critic_embeds_its_sides_apart():
+    """phi is an `MLP` of (s, a) over the root of its size, psi one of g."""
+    network = BilinearCritic((8,), 16, layer_norm=True)
+    states, actions, goals = jax.random.normal(jax.random.key(1), (3, 5, 2))
+    inputs = {"observations": states, "actions": actions, "goals": goals}
+    params = network.init(jax.random.key(0), **inputs)
+    phi, psi = network.apply(params, **inputs)
+
+    side = MLP((8,), 16, layer_norm=True)
+    pairs = jnp.concatenate([states, actions], axis=-1)
+    np.testing.assert_allclose(
+        phi, side.apply({"params": params["params"]["phi"]}, pairs) / 4, rtol=1e-5
+    )
+    np.testing.assert_allclose(
+        psi, side.apply({"params": params["params"]["psi"]}, goals), rtol=1e-5
+    )
+
+
+def test_latent_dynamics_predict_a_change():
+    network = LatentDynamics((8,), layer_norm=True)
+    latents, actions = jax.random.normal(jax.random.key(1), (5, 6)), jnp.ones((5, 2))
+    params = network.init(jax.random.key(0), latents=latents, actions=actions)
+    still = jax.tree.map(lambda leaf: 0 * leaf, params)
+    np.testing.assert_array_equal(network.apply(still, latents=latents, actions=actions), latents)
+    assert not np.allclose(network.apply(params, latents=latents, actions=actions), latents)

@@ -37,15 +37,36 @@ def test_the_three_gcivls_differ_in_their_regularizer_alone(preset):
     assert plain == dataclasses.replace(hjb, regularizer=plain.regularizer)
 
 
+def test_a_hierarchy_over_a_method_has_that_methods_configuration():
+    """The paper's table for the high level; a preset shrinks the networks of both."""
+    paper, cpu = (agents.get("pi-h-flow-hjb-gcivl").preset(name) for name in ("paper", "cpu"))
+    assert paper.low == agents.get("hjb-gcivl").config
+    assert (paper.subgoal_steps, paper.flow_steps, paper.candidates) == (25, 10, 32)
+    assert paper.low_level_representation == "joints_contacts"
+    assert paper.low_discount == pytest.approx(0.96)
+    assert cpu.low == dataclasses.replace(
+        paper.low, actor_hidden_sizes=(256,) * 3, value_hidden_sizes=(256,) * 3
+    )
+    assert (cpu.batch_size, cpu.discount) == (256, 0.99)
+
+
 def test_every_method_builds_and_acts():
     for name in agents.names():
         method = agents.get(name)
         agent = agents.build(
-            name, method.preset("cpu"), observation_size=4, action_size=2, layout={}
+            name,
+            method.preset("cpu"),
+            observation_size=4,
+            action_size=2,
+            layout={"joint_pos": slice(0, 4)},
         )
-        key = jax.random.key(0)
-        states = 100 * jax.random.normal(key, (7, 4))
-        actions = agent.act(agent.init(key), states, -states, key)
+
+        @jax.jit
+        def actions_of_fresh_parameters(key, agent=agent):
+            states = 100 * jax.random.normal(key, (7, 4))
+            return agent.act(agent.init(key), states, -states, key)
+
+        actions = actions_of_fresh_parameters(jax.random.key(0))
         assert actions.shape == (7, 2)
         assert np.all(np.abs(actions) <= 1)
         assert "\n" not in method.summary

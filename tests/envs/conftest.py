@@ -1,6 +1,7 @@
 """The `ogbench` package as the reference: its environments, and stretches of its own play."""
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -15,18 +16,31 @@ from pigbench import envs
 from pigbench.envs import CubeEnv
 from pigbench.envs.scene import Scene, build
 
-PLAY_STACKING = 0.5
-
 
 class Recording(NamedTuple):
     """What OGBench's oracle does in OGBench's simulator: one row a control step."""
 
-    qpos: np.ndarray
+    qpos: np.ndarray  # before the step, as all but the last two
     qvel: np.ndarray
-    warmstart: np.ndarray
-    ctrl: np.ndarray
     contact: np.ndarray  # of the gripper, in [0, 1]
     stacked: np.ndarray  # whether a cube rests on another
+    ctrl: np.ndarray
+    ended: np.ndarray  # whether the step is a sub-task's last
+    success: np.ndarray  # whether the cube is then at its target
+
+
+@pytest.fixture(scope="session")
+def numpy_seed() -> Callable[[int], contextlib.AbstractContextManager]:
+    """`with numpy_seed(n)`: NumPy's global stream, which OGBench's oracles use, begins at n."""
+
+    @contextlib.contextmanager
+    def seeded(seed: int) -> Iterator[None]:
+        before = np.random.get_state()
+        np.random.seed(seed)
+        yield
+        np.random.set_state(before)
+
+    return seeded
 
 
 @pytest.fixture(scope="session")
@@ -57,28 +71,26 @@ def place(ogbench_env) -> Callable[..., Any]:
 
 
 @pytest.fixture(scope="session")
-def play(ogbench_env) -> Callable[[str, int], Recording]:
-    """`play(name, steps)`: a recording of OGBench's play."""
+def play(ogbench_env, numpy_seed) -> Callable[..., Recording]:
+    """`play(name, steps, seed, stacking)`: a recording of an episode of OGBench's play."""
 
     @cache
-    def record(name: str, steps: int) -> Recording:
+    def record(name: str, steps: int, seed: int = 0, stacking: float = 0.5) -> Recording:
         env = ogbench_env(name)
-        global_state = np.random.get_state()
-        np.random.seed(0)  # the oracle draws from NumPy's global stream
-        observation, info = env.reset(seed=0)
         oracle = CubePlanOracle(env=env)
-        oracle.reset(observation, info)
         rows = []
-        for _ in range(steps):
-            data = env.data
-            before = (data.qpos.copy(), data.qvel.copy(), data.qacc_warmstart.copy())
-            contact = info["proprio/gripper_contact"][0]
-            stacked = _any_stacked(before[0][14:].reshape(-1, 7)[:, :3])
-            observation, _, _, _, info = env.step(oracle.select_action(observation, info))
-            rows.append((*before, data.ctrl.copy(), contact, stacked))
-            if oracle.done:
-                oracle.reset(*env.set_new_target(p_stack=PLAY_STACKING))
-        np.random.set_state(global_state)
+        with numpy_seed(seed):
+            observation, info = env.reset(seed=seed)
+            oracle.reset(observation, info)
+            for _ in range(steps):
+                qpos = info["qpos"]
+                stacked = _any_stacked(qpos[14:].reshape(-1, 7)[:, :3])
+                before = (qpos, info["qvel"], info["proprio/gripper_contact"][0], stacked)
+                observation, _, _, _, info = env.step(oracle.select_action(observation, info))
+                rows.append((*before, info["control"], oracle.done, info["success"]))
+                if oracle.done:
+                    observation, info = env.set_new_target(p_stack=stacking)
+                    oracle.reset(observation, info)
         return Recording(*(np.array(column) for column in zip(*rows, strict=True)))
 
     return record

@@ -1,6 +1,6 @@
 """Resets, steps, goals and success: properties that OGBench's environments have too."""
 
-from functools import partial
+from functools import cache, partial
 
 import brax.envs.wrappers.training as brax_training
 import jax
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from brax.envs.base import Env
 from scipy import stats
+from scipy.spatial.transform import Rotation
 
 from pigbench import envs
 from pigbench.envs import State, workspace
@@ -16,6 +17,7 @@ from pigbench.envs.environment import START_JITTER, USER_TASK
 from pigbench.errors import UserError
 
 BATCH = 64
+KEYS = jax.random.split(jax.random.key(0), BATCH)
 
 
 def cubes(env: envs.CubeEnv, physics_state) -> tuple[np.ndarray, np.ndarray]:
@@ -30,30 +32,40 @@ def bytes_of(tree) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def started(env):
+def reset(env):
+    """`reset(name)`: `env.reset` of a batch of keys, compiled once."""
+    return cache(lambda name: jax.jit(jax.vmap(env(name).reset)))
+
+
+@pytest.fixture(scope="module")
+def step(env):
+    """`step(name)`: `env.step` of a batch of states and actions, compiled once."""
+    return cache(lambda name: jax.jit(jax.vmap(env(name).step)))
+
+
+@pytest.fixture(scope="module")
+def started(reset):
     """`started(name)`: BATCH first states, of random tasks."""
-    keys = jax.random.split(jax.random.key(0), BATCH)
-    return lambda name: jax.jit(jax.vmap(env(name).reset))(keys)
+    return cache(lambda name: reset(name)(KEYS))
 
 
 @pytest.mark.parametrize("name", envs.names())
-def test_every_environment_resets_and_steps(env, name):
-    one = env(name)
-    assert isinstance(one, Env)
-    state = jax.jit(one.reset)(jax.random.key(0))
-    shape = jax.tree.map(jnp.shape, state)
-    after = jax.jit(one.step)(state, jnp.zeros(5))
-    assert jax.tree.map(jnp.shape, after) == shape
-    assert jax.tree.map(lambda x: x.dtype, after) == jax.tree.map(lambda x: x.dtype, state)
+def test_every_environment_resets_and_steps(env, started, step, name):
+    one, states = env(name), started(name)
+    after = step(name)(states, jnp.zeros((BATCH, 5)))
+    assert jax.tree.map(jnp.shape, after) == jax.tree.map(jnp.shape, states)
+    assert jax.tree.map(jnp.dtype, after) == jax.tree.map(jnp.dtype, states)
     num_cubes = one.spec.num_cubes
-    assert state.obs.shape == state.info["goal"].shape == (one.observation_size,)
+    assert states.obs.shape == states.info["goal"].shape == (BATCH, one.observation_size)
     assert one.observation_size == 28 + 9 * (num_cubes - 1)
     assert one.action_size == 5
     assert one.num_tasks == 5
     assert one.backend == "mujoco"
-    assert state.info["target"].shape == (num_cubes, 3)
-    assert state.obs.dtype == jnp.float32
-    assert not after.info["diverged"]
+    assert isinstance(one, Env)
+    assert states.info["target"].shape == (BATCH, num_cubes, 3)
+    assert states.obs.dtype == jnp.float32
+    assert not after.info["diverged"].any()
+    assert not states.done.any()
 
 
 def test_unknown_names_offer_the_nearest():
@@ -70,58 +82,47 @@ def test_profile_is_that_of_the_scene():
 
 
 def test_jit_vmap_and_scan_agree(env):
-    one = env("cube-double")
-    keys = jax.random.split(jax.random.key(1), 3)
+    one = env("cube-single")
     actions = jax.random.uniform(jax.random.key(2), (4, 3, 5), minval=-1, maxval=1)
-    states = jax.jit(jax.vmap(one.reset_task, in_axes=(0, None)))(keys, 2)
-    batch_step, step = jax.vmap(one.step), jax.jit(one.step)
-    by_hand = states
-    for action in actions:
-        by_hand = jax.jit(batch_step)(by_hand, action)
+    states = jax.jit(jax.vmap(one.reset_task, in_axes=(0, None)))(KEYS[:3], 2)
+    np.testing.assert_array_equal(states.info["task"], 2)
+    batched, single = jax.vmap(one.step), jax.jit(one.step)
     scanned, _ = jax.jit(
-        partial(jax.lax.scan, lambda state, action: (batch_step(state, action), None))
+        partial(jax.lax.scan, lambda state, action: (batched(state, action), None))
     )(states, actions)
-    single = jax.tree.map(lambda x: x[1], states)
-    for action in actions[:, 1]:
-        single = step(single, action)
-    np.testing.assert_allclose(scanned.obs, by_hand.obs, atol=1e-3)
-    np.testing.assert_allclose(single.obs, by_hand.obs[1], atol=1e-3)
+    for i in range(3):
+        state = jax.tree.map(lambda x, i=i: x[i], states)
+        for action in actions[:, i]:
+            state = single(state, action)
+        np.testing.assert_allclose(state.obs, scanned.obs[i], atol=1e-3)
 
 
-def test_same_key_same_bytes(env):
-    keys = jax.random.split(jax.random.key(3), 8)
-    actions = jax.random.uniform(jax.random.key(4), (8, 5), minval=-1, maxval=1)
-
-    def compiled(one: envs.CubeEnv):
-        return jax.jit(
-            lambda: jax.vmap(lambda key, action: one.step(one.reset(key), action))(keys, actions)
-        )
-
-    run = compiled(env("cube-triple"))
-    first = bytes_of(run())
-    assert first == bytes_of(run())
-    assert first == bytes_of(compiled(envs.make("cube-triple"))())
+def test_same_key_same_bytes(reset, started, step):
+    name = "cube-double"
+    states = started(name)
+    actions = jax.random.uniform(jax.random.key(4), (BATCH, 5), minval=-1, maxval=1)
+    assert bytes_of(reset(name)(KEYS)) == bytes_of(states)
+    assert bytes_of(step(name)(states, actions)) == bytes_of(step(name)(states, actions))
+    # Another instance, of another compilation.
+    afresh = jax.jit(jax.vmap(envs.make(name).reset))(KEYS)
+    assert bytes_of(afresh) == bytes_of(states)
+    assert bytes_of(reset(name)(KEYS[::-1])) != bytes_of(states)
 
 
 @pytest.mark.parametrize("name", ["cube-double", "cube-octuple"])
-def test_reset_task(env, name):
+def test_tasks_start(env, started, name):
     """Cubes in a random order, starts shifted by up to 1 cm, goals as they stand."""
-    one = env(name)
-    keys = jax.random.split(jax.random.key(5), BATCH)
-    # The last task stacks cubes, so that heights are in play.
-    states = jax.jit(jax.vmap(one.reset_task, in_axes=(0, None)))(keys, one.num_tasks)
-    task = one.spec.tasks[-1]
+    one, states = env(name), started(name)
+    num_cubes = one.spec.num_cubes
     positions, quats = cubes(one, states.pipeline_state)
-    targets = np.asarray(states.info["target"])
-    np.testing.assert_array_equal(states.info["task"], one.num_tasks)
     orders, shifts = [], []
-    for i in range(BATCH):
-        order = [np.abs(task.goal_xyz - target).sum(axis=-1).argmin() for target in targets[i]]
-        assert sorted(order) == list(range(one.spec.num_cubes))
-        np.testing.assert_allclose(targets[i], task.goal_xyz[order], atol=1e-6)
+    for i, number in enumerate(states.info["task"]):
+        task = one.spec.tasks[number - 1]
+        order = match(states.info["target"][i], task.goal_xyz)
+        np.testing.assert_allclose(states.info["target"][i], task.goal_xyz[order], atol=1e-6)
         shift = positions[i] - task.start_xyz[order]
         np.testing.assert_allclose(shift[:, 2], 0, atol=1e-6)
-        orders.append(tuple(order))
+        orders.append(order)
         shifts.append(shift[:, :2])
     assert np.abs(shifts).max() <= START_JITTER + 1e-6
     uniform = stats.uniform(-START_JITTER, 2 * START_JITTER)
@@ -129,8 +130,15 @@ def test_reset_task(env, name):
     yaws = np.mod(2 * np.arctan2(quats[..., 3], quats[..., 0]), 2 * np.pi)
     np.testing.assert_array_equal(quats[..., 1:3], 0)
     assert stats.kstest(yaws.ravel(), stats.uniform(0, 2 * np.pi).cdf).pvalue > 1e-3
-    counts = np.array([np.sum(np.array(orders)[:, 0] == i) for i in range(one.spec.num_cubes)])
+    counts = np.bincount(np.array(orders)[:, 0], minlength=num_cubes)
     assert stats.chisquare(counts).pvalue > 1e-3
+
+
+def match(points: np.ndarray, table: np.ndarray) -> np.ndarray:
+    """Which row of the table each point is; every row once."""
+    order = np.linalg.norm(points[:, None] - table, axis=-1).argmin(axis=1)
+    assert sorted(order) == list(range(len(table)))
+    return order
 
 
 def test_reset_draws_every_task(started):
@@ -178,12 +186,26 @@ def test_reset_to_poses_of_the_user(env):
     one = env("cube-double")
     start = np.array([[0.35, -0.1, 0.02], [0.5, 0.2, 0.02]])
     goal = np.array([[0.45, 0.1, 0.02], [0.45, 0.1, 0.06]])
-    state = jax.jit(one.reset_to)(jax.random.key(0), start, goal)
-    assert state.info["task"] == USER_TASK
-    np.testing.assert_allclose(state.info["target"], goal, atol=1e-6)
-    shift = cubes(one, state.pipeline_state)[0] - start
-    assert 0 < np.abs(shift[:, :2]).max() <= START_JITTER + 1e-6
-    np.testing.assert_allclose(shift[:, 2], 0, atol=1e-6)
+    reset_to = jax.jit(jax.vmap(one.reset_to, in_axes=(0, None, None)))
+    states = reset_to(KEYS, start, goal)
+    np.testing.assert_array_equal(states.info["task"], USER_TASK)
+    np.testing.assert_allclose(states.info["target"], np.tile(goal, (BATCH, 1, 1)), atol=1e-6)
+    shift = cubes(one, states.pipeline_state)[0] - start
+    uniform = stats.uniform(-START_JITTER, 2 * START_JITTER)
+    assert stats.kstest(shift[..., :2].ravel(), uniform.cdf).pvalue > 1e-3
+    np.testing.assert_allclose(shift[..., 2], 0, atol=1e-6)
+
+
+def test_reset_to_exact_poses(env):
+    one = env("cube-double")
+    start = np.array([[0.35, -0.1, 0.02], [0.5, 0.2, 0.02]])
+    yaw = np.array([0.5, -2.0])
+    state = jax.jit(partial(one.reset_to, yaw=yaw, jitter=0.0))(KEYS[0], start, start)
+    positions, quats = cubes(one, state.pipeline_state)
+    np.testing.assert_allclose(positions, start, atol=1e-7)
+    turned = Rotation.from_quat(quats, scalar_first=True).as_matrix()
+    expected = Rotation.from_euler("z", yaw[:, None]).as_matrix()
+    np.testing.assert_allclose(turned, expected, atol=1e-6)
 
 
 def test_random_scenes_fill_the_table(env):
@@ -199,72 +221,67 @@ def test_random_scenes_fill_the_table(env):
     assert stats.kstest(yaws.ravel(), stats.uniform(0, 2 * np.pi).cdf).pvalue > 1e-3
 
 
-def with_cubes_off_target(env: envs.CubeEnv, offsets: np.ndarray) -> State:
-    """States at rest with the cubes `offsets` (batch, num_cubes) metres off target in x."""
-    targets = np.array([[0.4, -0.15, 0.02], [0.45, 0.15, 0.02]])
-    states = jax.jit(jax.vmap(env.reset_to, in_axes=(0, None, None)))(
-        jax.random.split(jax.random.key(0), len(offsets)), targets, targets
+NEAR, FAR = 0.0399, 0.0401  # metres, either side of what counts as success
+OFFSETS = np.array([[NEAR, -NEAR], [FAR, NEAR], [NEAR, -FAR], [0.1, 0.1], [0.0, 0.0]])
+SUCCESS = [True, False, False, False, True]
+
+
+@pytest.fixture(scope="module")
+def off_target(env, started) -> State:
+    """States at rest with the cubes OFFSETS off target in x."""
+    one, count = env("cube-double"), len(OFFSETS)
+    states = jax.tree.map(lambda x: x[:count], started("cube-double"))
+    targets = np.tile([[0.4, -0.15, 0.02], [0.45, 0.15, 0.02]], (count, 1, 1))
+    poses = np.concatenate([targets, np.tile([1.0, 0, 0, 0], (count, 2, 1))], axis=-1)
+    poses[..., 0] += OFFSETS
+    qpos = states.pipeline_state.qpos.at[:, one.scene.cubes_qpos].set(poses.reshape(count, 14))
+    return states.replace(
+        pipeline_state=states.pipeline_state.replace(qpos=qpos),
+        info=states.info | {"target": jnp.float32(targets)},
     )
-    cubes = np.tile(np.concatenate([targets, [[1, 0, 0, 0]] * 2], axis=-1), (len(offsets), 1, 1))
-    cubes[..., 0] += offsets
-    qpos = states.pipeline_state.qpos.at[:, env.scene.cubes_qpos].set(cubes.reshape(-1, 14))
-    return states.replace(pipeline_state=states.pipeline_state.replace(qpos=qpos))
 
 
-def test_success_is_every_cube_within_four_centimetres(env, ogbench_env):
-    one = env("cube-double")
-    near, far = 0.0399, 0.0401
-    offsets = np.array([[near, -near], [far, near], [near, -far], [far, far], [0, 0]])
-    after = jax.jit(jax.vmap(one.step))(with_cubes_off_target(one, offsets), jnp.zeros((5, 5)))
-    expected = [True, False, False, False, True]
+def test_success_is_every_cube_within_four_centimetres(env, step, off_target, ogbench_env):
+    after = step("cube-double")(off_target, jnp.zeros((5, 5)))
+    np.testing.assert_array_equal(after.info["success"], SUCCESS)
+    for number in (after.reward, after.done, after.metrics["success"]):
+        np.testing.assert_array_equal(number, np.float32(SUCCESS))
+    # What OGBench says of the very same cubes.
     theirs = ogbench_env("cube-double", "task")
-    for row in range(5):
-        assert bool(after.info["success"][row]) == expected[row]
-        assert (
-            after.reward[row] == after.done[row] == after.metrics["success"][row] == expected[row]
-        )
-        for i, (xyz, target) in enumerate(
-            zip(cubes(one, after.pipeline_state)[0][row], after.info["target"][row], strict=True)
-        ):
-            theirs._data.joint(f"object_joint_{i}").qpos[:3] = xyz
-            theirs._data.mocap_pos[theirs._cube_target_mocap_ids[i]] = target
-        assert all(theirs._compute_successes()) == expected[row]
+    positions, _ = cubes(env("cube-double"), after.pipeline_state)
+    for row, success in enumerate(SUCCESS):
+        for i in range(2):
+            theirs.data.joint(f"object_joint_{i}").qpos[:3] = positions[row, i]
+            target = theirs._cube_target_mocap_ids[i]
+            theirs.data.mocap_pos[target] = after.info["target"][row, i]
+        assert all(theirs._compute_successes()) == success
 
 
-def test_a_state_that_is_done_stays_as_it_is(env):
-    one = env("cube-double")
-    states = with_cubes_off_target(one, np.array([[0.0, 0.0], [0.1, 0.1]]))
-    step = jax.jit(jax.vmap(one.step))
-    after = step(states, jnp.ones((2, 5)))
-    again = step(after, -jnp.ones((2, 5)))
-    assert list(after.done) == [1, 0]
-    frozen, moving = (jax.tree.map(lambda x, i=i: x[i], (after, again)) for i in range(2))
-    assert bytes_of(frozen[0]) == bytes_of(frozen[1])
-    assert bytes_of(moving[0]) != bytes_of(moving[1])
+def test_a_state_that_is_done_stays_as_it_is(step, off_target):
+    after = step("cube-double")(off_target, jnp.ones((5, 5)))
+    again = step("cube-double")(after, -jnp.ones((5, 5)))
+    for row, success in enumerate(SUCCESS):
+        one, other = (bytes_of(jax.tree.map(lambda x, row=row: x[row], x)) for x in (after, again))
+        assert (one == other) == success
 
 
 @pytest.mark.parametrize("what", ["lost cube", "fast arm", "mad action"])
-def test_divergence_ends_the_episode_as_a_failure(env, what):
-    one = env("cube-double")
-    states = with_cubes_off_target(one, np.array([[0.0, 0.0], [0.1, 0.1], [0.0, 0.0]]))
-    actions = jnp.zeros((3, 5))
-    step = jax.jit(jax.vmap(one.step))
-    well = step(states, actions)
-    physics_state = states.pipeline_state
+def test_divergence_ends_the_episode_as_a_failure(step, off_target, what):
+    actions = jnp.zeros((5, 5))
+    well = step("cube-double")(off_target, actions)
+    physics_state = off_target.pipeline_state
     if what == "lost cube":
-        physics_state = physics_state.replace(qpos=physics_state.qpos.at[2, 14].set(jnp.nan))
+        physics_state = physics_state.replace(qpos=physics_state.qpos.at[4, 14].set(jnp.nan))
     elif what == "fast arm":
-        physics_state = physics_state.replace(qvel=physics_state.qvel.at[2, 1].set(1e6))
+        physics_state = physics_state.replace(qvel=physics_state.qvel.at[4, 1].set(1e6))
     else:
-        actions = actions.at[2].set(jnp.nan)
-    after = step(states.replace(pipeline_state=physics_state), actions)
-    assert list(after.info["diverged"]) == [False, False, True]
-    assert list(after.info["success"]) == [True, False, False]
-    assert list(after.done) == [1, 0, 1]
-    assert list(after.reward) == [1, 0, 0]
-    for row in range(2):
-        pair = (jax.tree.map(lambda x, row=row: x[row], state) for state in (after, well))
-        assert bytes_of(next(pair)) == bytes_of(next(pair))
+        actions = actions.at[4].set(jnp.nan)
+    after = step("cube-double")(off_target.replace(pipeline_state=physics_state), actions)
+    np.testing.assert_array_equal(after.info["diverged"], [False] * 4 + [True])
+    assert not after.info["success"][4]
+    assert (after.done[4], after.reward[4], after.metrics["success"][4]) == (1, 0, 0)
+    others = [jax.tree.map(lambda x: x[:4], states) for states in (after, well)]
+    assert bytes_of(others[0]) == bytes_of(others[1])
 
 
 def test_brax_wrappers(env):

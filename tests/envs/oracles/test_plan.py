@@ -121,7 +121,7 @@ def test_the_plan_picks_and_places(monkeypatch):
     assert set(lengths) <= {87, 88, 89, 90}
 
 
-def test_plans_are_distributed_as_ogbenchs(ogbench_env):
+def test_plans_are_distributed_as_ogbenchs(ogbench_env, numpy_seed):
     """Every coordinate of the plan, noise included, at times all along it."""
     oracle = CubePlanOracle(env=ogbench_env("cube-double"))
     ob_info = {
@@ -134,14 +134,12 @@ def test_plans_are_distributed_as_ogbenchs(ogbench_env):
         "privileged/target_block_pos": np.array(TARGET.pos),
         "privileged/target_block_yaw": np.array([float(TARGET.yaw)]),
     }
-    global_state = np.random.get_state()
-    np.random.seed(0)
     theirs, lengths = [], []
-    for _ in range(400):
-        oracle.reset(None, ob_info)
-        theirs.append(oracle._plan[:87])
-        lengths.append(len(oracle._plan))
-    np.random.set_state(global_state)
+    with numpy_seed(0):
+        for _ in range(400):
+            oracle.reset(None, ob_info)
+            theirs.append(oracle._plan[:87])
+            lengths.append(len(oracle._plan))
     made = jax.jit(jax.vmap(plan.make, in_axes=(0, None, None, None, None)))(
         jax.random.split(jax.random.key(6), 4000), EFFECTOR, CUBE_POS, CUBE_YAW, TARGET
     )

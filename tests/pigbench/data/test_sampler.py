@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pigbench.agents import GoalMixture, Sampling
+from pigbench.agents import GoalMixture, Sampling, SubgoalSampling
 from pigbench.data.sampler import Rows, sample, sample_indices
 from pigbench.errors import UserError
 
@@ -104,6 +104,76 @@ def test_success_is_the_start_being_the_goal_and_rows_are_gathered():
     assert batch.value_success.dtype == jnp.float32
     assert 0 < batch.value_success.mean() < 1
     assert np.all(batch.actor_goals[:, 0] > observations)
+
+
+@pytest.mark.parametrize("steps", [1, 4])
+def test_subgoals_lie_steps_ahead_or_at_the_goal_or_at_the_end(steps):
+    """Every observation is its own row number, so each transition is followed by hand."""
+    numbers = np.arange(sum(LENGTHS), dtype=np.float32)
+    terminals = np.isin(numbers, np.cumsum(LENGTHS) - 1)
+    rows = Rows.create(numbers[:, None], numbers[:, None], terminals)
+    sampling = Sampling(
+        MIXED, UNIFORM, 0.8, SubgoalSampling(steps, low_value_goals=MIXED, low_discount=0.5)
+    )
+    batch = sample(jax.random.key(0), rows, sampling, 4000)
+    subgoals = batch.subgoals
+    starts, value_goals, actor_goals, ahead = (
+        np.asarray(column[:, 0], int)
+        for column in (
+            batch.observations,
+            batch.value_goals,
+            batch.actor_goals,
+            subgoals.low_actor_goals,
+        )
+    )
+    np.testing.assert_array_equal(ahead, np.minimum(starts + steps, last_rows(starts)))
+
+    def stops(goals):
+        return [
+            goal if goal in range(start, last + 1) else last
+            for start, last, goal in zip(starts, ahead, goals, strict=True)
+        ]
+
+    value_stops = np.array(stops(value_goals))
+    np.testing.assert_array_equal(subgoals.value_subgoals[:, 0], value_stops)
+    np.testing.assert_array_equal(subgoals.value_steps, value_stops - starts)
+    np.testing.assert_array_equal(subgoals.value_success, value_stops == value_goals)
+    np.testing.assert_array_equal(subgoals.actor_subgoals[:, 0], stops(actor_goals))
+    np.testing.assert_array_equal(
+        subgoals.low_value_success, subgoals.low_value_goals[:, 0] == starts
+    )
+    # All cases were met: at the goal already, at it after some steps, and not there.
+    met = set(zip(np.asarray(subgoals.value_steps), value_stops == value_goals, strict=True))
+    assert {(0, True), (steps, True), (steps, False)} <= met
+
+
+def test_the_low_levels_goals_follow_its_own_mixture_and_discount():
+    sampling = Sampling(
+        RANDOM, UNIFORM, 0.8, SubgoalSampling(5, low_value_goals=GEOMETRIC, low_discount=0.5)
+    )
+    ends = jnp.array([30], jnp.int32)
+    indices = sample_indices(jax.random.key(0), ends, sampling, DRAWS)
+    starts, goals = (
+        np.asarray(column) for column in (indices.starts, indices.subgoals.low_value_goals)
+    )
+    steps = (goals - starts)[starts < 15]
+    counts = np.bincount(np.minimum(steps, 6), minlength=7)[1:]
+    law = [0.5, 0.25, 0.125, 0.0625, 0.03125, 0.03125]
+    assert stats.chisquare(counts, len(steps) * np.array(law)).pvalue > SIGNIFICANCE
+
+
+def test_subgoals_leave_the_other_draws_alone():
+    ends = jnp.asarray(np.cumsum(LENGTHS) - 1, dtype=jnp.int32)
+    subgoals = SubgoalSampling(5, low_value_goals=MIXED, low_discount=0.5)
+    plain, hierarchical = (
+        sample_indices(jax.random.key(0), ends, Sampling(MIXED, UNIFORM, 0.8, asked), 100)
+        for asked in (None, subgoals)
+    )
+    assert plain.subgoals is None
+    for left, right in zip(
+        jax.tree.leaves(plain), jax.tree.leaves(hierarchical.replace(subgoals=None)), strict=True
+    ):
+        np.testing.assert_array_equal(left, right)
 
 
 def test_a_hundred_million_rows():

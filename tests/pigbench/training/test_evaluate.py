@@ -40,7 +40,7 @@ def env() -> CubeEnv:
 
 def test_success_and_length_are_those_of_the_episodes(env):
     evaluation = Evaluation(episodes=3)
-    outcome = make_evaluator(env, Still(), evaluation)(jnp.zeros(5))
+    outcome = make_evaluator(env, Still(), evaluation)(jnp.zeros(5), print)
     np.testing.assert_array_equal(outcome.success, [[True] * 3, [False] * 3])
     np.testing.assert_array_equal(outcome.length, [[1] * 3, [6] * 3])
     assert not outcome.diverged.any()
@@ -52,7 +52,7 @@ def test_success_and_length_are_those_of_the_episodes(env):
 
 
 def test_a_diverged_simulation_counts_as_failed(env):
-    outcome = make_evaluator(env, Still(), Evaluation(episodes=1))(jnp.full(5, jnp.nan))
+    outcome = make_evaluator(env, Still(), Evaluation(episodes=1))(jnp.full(5, jnp.nan), print)
     assert outcome.diverged.all()
     assert not outcome.success.any()
     np.testing.assert_array_equal(outcome.length, 1)
@@ -61,7 +61,7 @@ def test_a_diverged_simulation_counts_as_failed(env):
 def test_episodes_depend_on_seed_task_and_number_alone(env):
     few = make_evaluator(env, Drawn(), Evaluation(episodes=1, seed=4))
     many = make_evaluator(env, Drawn(), Evaluation(episodes=3, seed=4))
-    for one, other in zip(few(None), many(None), strict=True):
+    for one, other in zip(few(None, print), many(None, print), strict=True):
         np.testing.assert_array_equal(one, other[:, :1])
 
 
@@ -79,5 +79,5 @@ def test_every_method_can_be_evaluated(env):
         layout=env.layout,
     )
     params = agents.create(agent, jax.random.key(0)).params
-    outcome = make_evaluator(env, agent, Evaluation(episodes=1))(params)
+    outcome = make_evaluator(env, agent, Evaluation(episodes=1))(params, print)
     assert outcome.success.shape == (2, 1)

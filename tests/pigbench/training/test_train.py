@@ -10,29 +10,17 @@ import jax
 import numpy as np
 import pytest
 
-from pigbench import agents, cli, envs
+from pigbench import agents, cli
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
-from pigbench.training.checkpoints import Checkpoints
-from pigbench.training.run import agent_config, read_run
+from pigbench.training.restore import restore
 from pigbench.training.train import Schedule, make_updates
 
 STEPS = 600
 
 
 def parameters(folder: Path) -> list[np.ndarray]:
-    run = read_run(folder)
-    env = envs.make(run.config.environment)
-    agent = agents.build(
-        run.config.method,
-        agent_config(run),
-        observation_size=env.observation_size,
-        action_size=env.action_size,
-        layout=env.layout,
-    )
-    with Checkpoints(run.checkpoints_path) as checkpoints:
-        state = checkpoints.restore(agents.create(agent, jax.random.key(1)))
-    assert state is not None
+    state = restore(folder).state
     assert int(state.step) == STEPS
     return [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
 

@@ -1,0 +1,78 @@
+"""Agents that act by one Gaussian policy, and the losses that train such a policy.
+
+The policy is pi(a | s, g) = N(mean(s, g), I); every loss sees its means on a batch, (B, a), beside
+the batch's own actions, and returns a scalar with metrics.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from pigbench.agents import losses
+from pigbench.agents.agent import Agent, Config, Metrics, Params
+from pigbench.agents.networks import Policy
+
+
+class PolicyAgent(Agent[Config]):
+    """An agent that acts by the mean of one policy, whose parameters are named "policy"."""
+
+    @cached_property
+    def policy(self) -> Policy:
+        """The network of the policy's mean."""
+        return Policy(self.config.actor_hidden_sizes, self.action_size)
+
+    def init_policy(self, key: jax.Array) -> Any:
+        """Fresh parameters of the policy."""
+        states = jnp.zeros((1, self.observation_size))
+        return self.policy.init(key, observations=states, goals=states)
+
+    def means(self, params: Params, observations: jax.Array, goals: jax.Array) -> Any:
+        """The policy's mean actions, (B, a), not clipped."""
+        return self.policy.apply(params["policy"], observations=observations, goals=goals)
+
+    def act(
+        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+    ) -> jax.Array:
+        """The policy's mean, clipped to [-1, 1]. Draws nothing from `key`."""
+        return jnp.clip(self.means(params, observations, goals), -1, 1)
+
+
+def clone(means: jax.Array, actions: jax.Array) -> tuple[jax.Array, Metrics]:
+    """Behaviour cloning, -log pi(a | s, g)."""
+    loss = -losses.unit_gaussian_log_prob(actions, means).mean()
+    return loss, _metrics(loss, means, actions)
+
+
+def awr(
+    means: jax.Array, actions: jax.Array, advantages: jax.Array, *, temperature: float
+) -> tuple[jax.Array, Metrics]:
+    """Advantage-weighted regression; `advantages` (B,) are those of `actions`."""
+    log_probs = losses.unit_gaussian_log_prob(actions, means)
+    loss = losses.awr(advantages, log_probs, temperature=temperature).mean()
+    return loss, _metrics(loss, means, actions) | {"actor/advantage": advantages.mean()}
+
+
+def ddpg_bc(
+    means: jax.Array,
+    actions: jax.Array,
+    critic: Callable[[jax.Array], jax.Array],
+    *,
+    bc_weight: float,
+) -> tuple[jax.Array, Metrics]:
+    """DDPG+BC: the policy climbs `critic`, (B, a) to (B,), and clones the batch's actions.
+
+    The critic's values are divided by their mean magnitude, so that `bc_weight` has the same
+    meaning at any scale (Fujimoto and Gu, 2021). Its own parameters should carry no gradient.
+    """
+    values = critic(jnp.clip(means, -1, 1))
+    scale = jax.lax.stop_gradient(jnp.abs(values).mean() + 1e-6)
+    log_probs = losses.unit_gaussian_log_prob(actions, means)
+    loss = -values.mean() / scale - bc_weight * log_probs.mean()
+    return loss, _metrics(loss, means, actions) | {"actor/critic": values.mean()}
+
+
+def _metrics(loss: jax.Array, means: jax.Array, actions: jax.Array) -> Metrics:
+    return {"actor/loss": loss, "actor/mse": jnp.mean((actions - means) ** 2)}

@@ -1,0 +1,70 @@
+"""What keeps QRL's distances from growing without bound: a violation, held at a margin by a dual.
+
+Violations are squares, one an example; see `losses.lagrangian` for the dual variable.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import jax
+
+from pigbench.agents import losses
+from pigbench.agents.config import require
+from pigbench.agents.regularizers import ValueFunction, gradient_norm, hjb_residual
+from pigbench.errors import lookup
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Which violation is to stay at or below `margin`, in the mean, and its constants.
+
+    Raises `UserError` if `kind` is none of `VIOLATIONS` or a constant is out of range.
+    """
+
+    kind: str = "transition"
+    margin: float = 0.05
+    speed: float = 1.0  # S(s) of the Eikonal equation, the same in all states
+    epsilon: float = 1e-6  # of the HJB direction: keeps it finite where nothing moves
+
+    def __post_init__(self) -> None:
+        lookup("constraint", VIOLATIONS, self.kind)
+        require(self, lambda x: x >= 0, "at least 0", "margin")
+        require(self, lambda x: x > 0, "positive", "speed", "epsilon")
+
+    def __call__(
+        self,
+        value: ValueFunction,
+        states: jax.Array,
+        next_states: jax.Array,
+        step_distances: jax.Array,
+    ) -> jax.Array:
+        """The violations, (B,). `value` is -d(., g); `step_distances` are d(s, s'), (B,)."""
+        return VIOLATIONS[self.kind](self, value, states, next_states, step_distances)
+
+
+def step_violation(step_distances: jax.Array) -> jax.Array:
+    """relu(d(s, s') - 1)^2: a step costs 1, so two states a step apart are at most 1 apart."""
+    return losses.hinge(step_distances - 1)
+
+
+def eikonal_violation(
+    value: ValueFunction, states: jax.Array, *, speed: jax.Array | float
+) -> jax.Array:
+    """relu(||grad_s d|| S(s) - 1)^2: only a gradient above the Eikonal equation's is held down."""
+    _, norms = gradient_norm(value, states)
+    return losses.hinge(norms * speed - 1)
+
+
+VIOLATIONS: Mapping[
+    str,
+    Callable[[Constraint, ValueFunction, jax.Array, jax.Array, jax.Array], jax.Array],
+] = {
+    "transition": lambda constants, value, states, next_states, steps: step_violation(steps),
+    "eikonal": lambda constants, value, states, next_states, steps: eikonal_violation(
+        value, states, speed=constants.speed
+    ),
+    "hjb": lambda constants, value, states, next_states, steps: hjb_residual(
+        value, states, next_states, epsilon=constants.epsilon
+    )[1],
+}
+"""Violations by name. A new one is a function above and a row here."""

@@ -1,0 +1,102 @@
+"""CRL: contrastive reinforcement learning with a DDPG+BC actor.
+
+The critic's logit says how likely a goal is to be reached after (s, a), rather than after another
+pair of the batch (Eysenbach et al., 2022, "Contrastive Learning as Goal-Conditioned Reinforcement
+Learning"); the actor's weight is OGBench's for the cubes.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import optax
+
+from pigbench.agents import actors
+from pigbench.agents.actors import PolicyAgent
+from pigbench.agents.agent import Metrics, Params, combine
+from pigbench.agents.batch import Batch, GoalMixture
+from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.networks import BilinearCritic, apply_ensemble, init_ensemble
+
+GEOMETRIC_FUTURE = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=True)
+
+
+@dataclass(frozen=True)
+class CRLConfig(AgentConfig):
+    """Hyper-parameters of CRL."""
+
+    bc_weight: float = 3.0  # alpha of DDPG+BC
+    latent_size: int = 512  # of the two sides' embeddings
+    value_goals: GoalMixture = GEOMETRIC_FUTURE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, lambda x: x >= 0, "at least 0", "bc_weight")
+        require(self, lambda x: x > 0, "positive", "latent_size")
+
+
+class CRL(PolicyAgent[CRLConfig]):
+    """Two critics f_i(s, a, g) = phi_i(s, a) . psi_i(g) / sqrt(n), and a Gaussian policy."""
+
+    members = 2
+
+    @cached_property
+    def critic(self) -> BilinearCritic:
+        """The network of one critic."""
+        config = self.config
+        return BilinearCritic(config.value_hidden_sizes, config.latent_size, config.layer_norm)
+
+    def init(self, key: jax.Array) -> Params:
+        """Parameters of "critic" (two members, stacked) and of "policy"."""
+        critic_key, policy_key = jax.random.split(key)
+        states = jnp.zeros((1, self.observation_size))
+        actions = jnp.zeros((1, self.action_size))
+        return {
+            "critic": init_ensemble(
+                self.critic,
+                critic_key,
+                self.members,
+                observations=states,
+                actions=actions,
+                goals=states,
+            ),
+            "policy": self.init_policy(policy_key),
+        }
+
+    def loss(
+        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
+    ) -> tuple[jax.Array, Metrics]:
+        """Critic loss plus actor loss; they train disjoint networks. Draws nothing from `key`."""
+        return combine(self._critic_loss(params, batch), self._actor_loss(params, batch))
+
+    def _critic_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+        """Each row's own goal against those of all other rows, by binary cross-entropy."""
+        phi, psi = self._embed(params["critic"], batch.actions, batch, batch.value_goals)
+        logits = jnp.einsum("eik,ejk->eij", phi, psi)
+        own = jnp.eye(logits.shape[-1])
+        loss = optax.sigmoid_binary_cross_entropy(logits, own).mean()
+        own_mean = jnp.trace(logits, axis1=1, axis2=2).mean() / len(own)
+        return loss, {
+            "critic/loss": loss,
+            "critic/own_goal": own_mean,
+            "critic/mean": logits.mean(),
+            "critic/accuracy": jnp.mean(logits.mean(axis=0).argmax(axis=1) == jnp.arange(len(own))),
+        }
+
+    def _actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+        members = jax.lax.stop_gradient(params["critic"])
+
+        def critic(actions: jax.Array) -> jax.Array:
+            phi, psi = self._embed(members, actions, batch, batch.actor_goals)
+            return jnp.sum(phi * psi, axis=-1).min(axis=0)
+
+        means = self.means(params, batch.observations, batch.actor_goals)
+        return actors.ddpg_bc(means, batch.actions, critic, bc_weight=self.config.bc_weight)
+
+    def _embed(self, members: Any, actions: jax.Array, batch: Batch, goals: jax.Array) -> Any:
+        """phi_i(s, a) and psi_i(g), each (members, B, n)."""
+        return apply_ensemble(
+            self.critic, members, observations=batch.observations, actions=actions, goals=goals
+        )

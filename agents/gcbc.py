@@ -1,0 +1,24 @@
+"""GCBC: goal-conditioned behaviour cloning, a policy that repeats what led to the goal."""
+
+import jax
+
+from pigbench.agents import actors
+from pigbench.agents.actors import PolicyAgent
+from pigbench.agents.agent import Metrics, Params
+from pigbench.agents.batch import Batch
+from pigbench.agents.config import AgentConfig
+
+
+class GCBC(PolicyAgent[AgentConfig]):
+    """A Gaussian policy of standard deviation 1, and nothing else."""
+
+    def init(self, key: jax.Array) -> Params:
+        """Parameters of "policy"."""
+        return {"policy": self.init_policy(key)}
+
+    def loss(
+        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
+    ) -> tuple[jax.Array, Metrics]:
+        """-log pi(a | s, g). Draws nothing from `key`."""
+        means = self.means(params, batch.observations, batch.actor_goals)
+        return actors.clone(means, batch.actions)

@@ -1,0 +1,121 @@
+"""GCIQL: goal-conditioned implicit Q-learning with a DDPG+BC actor.
+
+Kostrikov et al. (2022), "Offline Reinforcement Learning with Implicit Q-Learning", with goals; the
+actor's weight is OGBench's for the cubes.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from pigbench.agents import actors, losses
+from pigbench.agents.actors import PolicyAgent
+from pigbench.agents.agent import Metrics, Params, combine, describe
+from pigbench.agents.batch import Batch
+from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.networks import Critic, Value, apply_ensemble, init_ensemble
+
+
+@dataclass(frozen=True)
+class GCIQLConfig(AgentConfig):
+    """Hyper-parameters of GCIQL."""
+
+    expectile: float = 0.9
+    bc_weight: float = 1.0  # alpha of DDPG+BC
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, lambda x: 0 < x < 1, "between 0 and 1, both excluded", "expectile")
+        require(self, lambda x: x >= 0, "at least 0", "bc_weight")
+
+
+class GCIQL(PolicyAgent[GCIQLConfig]):
+    """One value V(s, g), two critics Q_i(s, a, g) with target copies, and a Gaussian policy."""
+
+    target_networks = ("critic",)
+    members = 2
+
+    @cached_property
+    def value(self) -> Value:
+        """The network of V."""
+        return Value(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
+
+    @cached_property
+    def critic(self) -> Critic:
+        """The network of one Q_i."""
+        return Critic(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
+
+    def init(self, key: jax.Array) -> Params:
+        """Parameters of "value", of "critic" (two members, stacked) and of "policy"."""
+        value_key, critic_key, policy_key = jax.random.split(key, 3)
+        states = jnp.zeros((1, self.observation_size))
+        actions = jnp.zeros((1, self.action_size))
+        return {
+            "value": self.value.init(value_key, observations=states, goals=states),
+            "critic": init_ensemble(
+                self.critic,
+                critic_key,
+                self.members,
+                observations=states,
+                actions=actions,
+                goals=states,
+            ),
+            "policy": self.init_policy(policy_key),
+        }
+
+    def loss(
+        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
+    ) -> tuple[jax.Array, Metrics]:
+        """Value, critic and actor losses, of disjoint networks. Draws nothing from `key`."""
+        return combine(
+            self._value_loss(params, target_params, batch),
+            self._critic_loss(params, batch),
+            self._actor_loss(params, batch),
+        )
+
+    def _value_loss(
+        self, params: Params, target_params: Params, batch: Batch
+    ) -> tuple[jax.Array, Metrics]:
+        values = self._values(params["value"], batch.observations, batch.value_goals)
+        critics = self._critics(
+            target_params["critic"], batch.observations, batch.actions, batch.value_goals
+        )
+        advantages = critics.min(axis=0) - values
+        loss = losses.expectile(advantages, advantages, level=self.config.expectile).mean()
+        return loss, describe("value", values) | {"value/loss": loss}
+
+    def _critic_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+        next_values = self._values(params["value"], batch.next_observations, batch.value_goals)
+        backups = jax.lax.stop_gradient(
+            losses.goal_td_target(batch.value_success, next_values, discount=self.config.discount)
+        )
+        critics = self._critics(
+            params["critic"], batch.observations, batch.actions, batch.value_goals
+        )
+        loss = jnp.sum((backups - critics) ** 2, axis=0).mean()
+        return loss, describe("critic", critics) | {"critic/loss": loss}
+
+    def _actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+        members = jax.lax.stop_gradient(params["critic"])
+
+        def critic(actions: jax.Array) -> jax.Array:
+            return self._critics(members, batch.observations, actions, batch.actor_goals).min(
+                axis=0
+            )
+
+        means = self.means(params, batch.observations, batch.actor_goals)
+        return actors.ddpg_bc(means, batch.actions, critic, bc_weight=self.config.bc_weight)
+
+    def _values(self, value: Any, observations: jax.Array, goals: jax.Array) -> Any:
+        return self.value.apply(value, observations=observations, goals=goals)
+
+    def _critics(
+        self, members: Any, observations: jax.Array, actions: jax.Array, goals: jax.Array
+    ) -> Any:
+        """Q_i(s, a, g), (members, B)."""
+        return apply_ensemble(
+            self.critic, members, observations=observations, actions=actions, goals=goals
+        )

@@ -1,0 +1,200 @@
+"""Hierarchies over a flow of subgoals: the high level of H-Flow, Pi-H-Flow, SHARSA and DSHARSA.
+
+The high level draws candidate subgoals from a flow, K steps ahead and in the low level's
+representation x, and its critic chooses one; the low level is any agent on x. The paper's
+Algorithms 1 and 2; where it is silent, the conventions of SHARSA (Park et al., 2025).
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, TypeVar, cast
+
+import jax
+import jax.numpy as jnp
+
+from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, take_prefix
+from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
+from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig, require
+from pigbench.agents.flow import FlowPolicy, best_of
+from pigbench.agents.gcivl import GCIVLConfig
+from pigbench.agents.representations import REPRESENTATIONS, Representation
+from pigbench.agents.sarsa import Sarsa
+from pigbench.errors import UserError, lookup
+
+T = TypeVar("T")
+
+UNIFORM_VALUE_GOALS = replace(VALUE_GOALS, geometric=False)
+GEOMETRIC_ACTOR_GOALS = replace(ACTOR_GOALS, geometric=True)
+
+DECIDED_ABOVE = ("learning_rate", "batch_size", "target_rate", "discount", "actor_goals")
+"""Fields that a low level's own configuration has no say in."""
+
+
+@dataclass(frozen=True)
+class FlowHierarchyConfig(AgentConfig):
+    """Hyper-parameters of both levels; what is not in `low` is the high level's, or of both.
+
+    Raises `UserError` if `low` changes a field of `DECIDED_ABOVE`.
+    """
+
+    value_goals: GoalMixture = UNIFORM_VALUE_GOALS
+    actor_goals: GoalMixture = GEOMETRIC_ACTOR_GOALS
+    subgoal_steps: int = 25  # K
+    low_level_representation: str = "joints_contacts"
+    flow_steps: int = 10  # M
+    candidates: int = 32  # N: subgoals drawn, of which the critic's best is taken
+    low: AgentConfig = field(default_factory=GCIVLConfig)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, lambda x: x >= 2, "at least 2", "subgoal_steps")
+        require(self, lambda x: x >= 1, "at least 1", "flow_steps", "candidates")
+        lookup("representation", REPRESENTATIONS, self.low_level_representation)
+        unchanged = type(self.low)()
+        for name in DECIDED_ABOVE:
+            if getattr(self.low, name) != getattr(unchanged, name):
+                raise UserError(f"low.{name} has no effect: the hierarchy decides it, leave it out")
+
+    @property
+    def low_discount(self) -> float:
+        """1 - 1/K: a low level looks about as far as its subgoals lie."""
+        return 1 - 1 / self.subgoal_steps
+
+
+class FlowHierarchy(Agent[FlowHierarchyConfig]):
+    """A high level that gives subgoals to the agent `low`, which is built on `config.low`.
+
+    Names of networks and of metrics start with "high_" or "low_".
+    """
+
+    def __init__(
+        self,
+        config: FlowHierarchyConfig,
+        *,
+        low: Callable[..., Agent[Any]],
+        observation_size: int,
+        action_size: int,
+        layout: Mapping[str, slice],
+    ) -> None:
+        super().__init__(
+            config, observation_size=observation_size, action_size=action_size, layout=layout
+        )
+        self.represent = Representation(config.low_level_representation, layout)
+        self.low = low(
+            replace(config.low, discount=config.low_discount),
+            observation_size=self.represent.size,
+            action_size=action_size,
+            layout=self.represent.layout,
+        )
+        self.target_networks = (
+            "high_critic",
+            *(f"low_{name}" for name in self.low.target_networks),
+        )
+
+    @property
+    def sampling(self) -> Sampling:
+        """The high level's goals; the low level's actor goals are the states K steps on."""
+        low = self.low.sampling
+        subgoals = SubgoalSampling(self.config.subgoal_steps, low.value_goals, low.discount)
+        return replace(super().sampling, subgoals=subgoals)
+
+    @cached_property
+    def actor(self) -> FlowPolicy:
+        """The flow of subgoals."""
+        config = self.config
+        return FlowPolicy(
+            config.actor_hidden_sizes, self.represent.size, config.layer_norm, config.flow_steps
+        )
+
+    @cached_property
+    def values(self) -> Sarsa:
+        """The critic of subgoals."""
+        return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
+
+    def init(self, key: jax.Array) -> Params:
+        """Parameters of "high_actor", "high_critic", "high_value", and of the low level."""
+        actor_key, values_key, low_key = jax.random.split(key, 3)
+        states = jnp.zeros((1, self.observation_size))
+        subgoals = self.represent(states)
+        high = {
+            "actor": self.actor.init(actor_key, observations=states, goals=states),
+            **self.values.init(values_key, observations=states, actions=subgoals, goals=states),
+        }
+        return _named_by_level(high, self.low.init(low_key))
+
+    def loss(
+        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
+    ) -> tuple[jax.Array, Metrics]:
+        """The sum of both levels' losses, which train disjoint networks."""
+        high, low = _levels(params)
+        high_targets, low_targets = _levels(target_params)
+        high_key, low_key = jax.random.split(key)
+        subgoals = cast(Subgoals, batch.subgoals)
+        high_loss, high_metrics = self._high_loss(high, high_targets, batch, subgoals, high_key)
+        low_batch = self._low_batch(batch, subgoals)
+        low_loss, low_metrics = self.low.loss(low, low_targets, low_batch, low_key)
+        return high_loss + low_loss, _named_by_level(high_metrics, low_metrics)
+
+    def act(
+        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+    ) -> jax.Array:
+        """The low level's action on the way to the best of `candidates` subgoals."""
+        subgoal_key, low_key = jax.random.split(key)
+        high, low = _levels(params)
+        candidates = self.actor.sample(
+            high["actor"],
+            observations=observations,
+            goals=goals,
+            count=self.config.candidates,
+            key=subgoal_key,
+        )
+        scores = self.values.score(high, observations=observations, actions=candidates, goals=goals)
+        subgoals = best_of(candidates, scores)
+        return self.low.act(low, self.represent(observations), subgoals, low_key)
+
+    def _high_loss(
+        self,
+        params: Params,
+        target_params: Params,
+        batch: Batch,
+        subgoals: Subgoals,
+        key: jax.Array,
+    ) -> tuple[jax.Array, Metrics]:
+        return combine(
+            self.actor.loss(
+                params["actor"],
+                observations=batch.observations,
+                goals=batch.actor_goals,
+                samples=self.represent(subgoals.actor_subgoals),
+                key=key,
+            ),
+            self.values.loss(
+                params,
+                target_params,
+                observations=batch.observations,
+                actions=self.represent(subgoals.value_subgoals),
+                goals=batch.value_goals,
+                next_observations=subgoals.value_subgoals,
+                success=subgoals.value_success,
+                discounts=self.config.discount**subgoals.value_steps,
+            ),
+        )
+
+    def _low_batch(self, batch: Batch, subgoals: Subgoals) -> Batch:
+        return Batch(
+            observations=self.represent(batch.observations),
+            actions=batch.actions,
+            next_observations=self.represent(batch.next_observations),
+            value_goals=self.represent(subgoals.low_value_goals),
+            value_success=subgoals.low_value_success,
+            actor_goals=self.represent(subgoals.low_actor_goals),
+        )
+
+
+def _named_by_level(high: Mapping[str, T], low: Mapping[str, T]) -> dict[str, T]:
+    return add_prefix("high_", high) | add_prefix("low_", low)
+
+
+def _levels(named: Mapping[str, T]) -> tuple[dict[str, T], dict[str, T]]:
+    return take_prefix("high_", named), take_prefix("low_", named)

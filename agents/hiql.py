@@ -1,0 +1,205 @@
+"""HIQL: hierarchical implicit Q-learning (Park et al., 2023), with the conventions of OGBench.
+
+One value serves two Gaussian policies: the high one picks a subgoal K steps ahead, in the value's
+own representation of goals, and the low one acts on it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, cast
+
+import flax.linen as nn
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench.agents import actors, losses
+from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, describe
+from pigbench.agents.batch import Batch, Sampling, Subgoals, SubgoalSampling
+from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.networks import MLP, Policy, Value, apply_ensemble, init_ensemble
+from pigbench.agents.regularizers import safe_norm
+
+
+@dataclass(frozen=True)
+class HIQLConfig(AgentConfig):
+    """Hyper-parameters of HIQL; defaults beyond the shared ones are OGBench's for cubes."""
+
+    expectile: float = 0.7
+    high_temperature: float = 3.0
+    low_temperature: float = 3.0
+    subgoal_steps: int = 10  # K
+    representation_size: int = 10
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, lambda x: 0 < x < 1, "between 0 and 1, both excluded", "expectile")
+        require(self, lambda x: x >= 0, "at least 0", "high_temperature", "low_temperature")
+        require(self, lambda x: x >= 1, "at least 1", "subgoal_steps", "representation_size")
+
+
+def on_sphere(vectors: jax.Array) -> jax.Array:
+    """Vectors (..., n) scaled to the length sqrt(n); the origin stays where it is."""
+    lengths = safe_norm(vectors)[..., None]
+    return vectors * np.sqrt(vectors.shape[-1]) / jnp.where(lengths > 0, lengths, 1)
+
+
+class GoalRepresentation(nn.Module):
+    """phi(s, g), of length sqrt(n)."""
+
+    hidden_sizes: Sequence[int]
+    output_size: int
+    layer_norm: bool
+
+    @nn.compact
+    def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
+        """(..., o) and (..., o) to (..., n), n being `output_size`."""
+        inputs = jnp.concatenate([observations, goals], axis=-1)
+        features = MLP(self.hidden_sizes, self.output_size, layer_norm=self.layer_norm)(inputs)
+        return on_sphere(features)
+
+
+class HIQL(Agent[HIQLConfig]):
+    """Two values V_i(s, phi(s, g)) with target copies, and a policy of either level.
+
+    phi has no target copy, and is trained by the value loss alone.
+    """
+
+    target_networks = ("value",)
+    members = 2
+
+    @property
+    def sampling(self) -> Sampling:
+        """As of a flat agent, with subgoals; both levels share the value and so its goals."""
+        flat = super().sampling
+        subgoals = SubgoalSampling(self.config.subgoal_steps, flat.value_goals, flat.discount)
+        return replace(flat, subgoals=subgoals)
+
+    @cached_property
+    def representation(self) -> GoalRepresentation:
+        """The network phi."""
+        config = self.config
+        return GoalRepresentation(
+            config.value_hidden_sizes, config.representation_size, config.layer_norm
+        )
+
+    @cached_property
+    def value(self) -> Value:
+        """The network of one member; its goals are representations."""
+        return Value(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
+
+    @cached_property
+    def high_policy(self) -> Policy:
+        """From (s, g) to the mean of phi(s, subgoal)."""
+        return Policy(self.config.actor_hidden_sizes, self.config.representation_size)
+
+    @cached_property
+    def low_policy(self) -> Policy:
+        """From (s, phi(s, subgoal)) to the mean action."""
+        return Policy(self.config.actor_hidden_sizes, self.action_size)
+
+    def init(self, key: jax.Array) -> Params:
+        """Parameters of "representation", "value" (stacked), "high_policy" and "low_policy"."""
+        keys = jax.random.split(key, 4)
+        states = jnp.zeros((1, self.observation_size))
+        plain: dict[str, Any] = {"observations": states, "goals": states}
+        represented: dict[str, Any] = {
+            "observations": states,
+            "goals": jnp.zeros((1, self.config.representation_size)),
+        }
+        return {
+            "representation": self.representation.init(keys[0], **plain),
+            "value": init_ensemble(self.value, keys[1], self.members, **represented),
+            "high_policy": self.high_policy.init(keys[2], **plain),
+            "low_policy": self.low_policy.init(keys[3], **represented),
+        }
+
+    def loss(
+        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
+    ) -> tuple[jax.Array, Metrics]:
+        """Value loss plus the policies', all of disjoint networks. Draws nothing from `key`."""
+        return combine(
+            self._value_loss(params, target_params, batch),
+            self._actor_loss(params, batch, cast(Subgoals, batch.subgoals)),
+        )
+
+    def act(
+        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+    ) -> jax.Array:
+        """The low policy's mean at the high policy's, clipped to [-1, 1]. Draws nothing."""
+        means: Any = self.high_policy.apply(
+            params["high_policy"], observations=observations, goals=goals
+        )
+        actions: Any = self.low_policy.apply(
+            params["low_policy"], observations=observations, goals=on_sphere(means)
+        )
+        return jnp.clip(actions, -1, 1)
+
+    def _value_loss(
+        self, params: Params, target_params: Params, batch: Batch
+    ) -> tuple[jax.Array, Metrics]:
+        values, _ = self._values(params, batch.observations, batch.value_goals)
+        (target_values, target_next_values), _ = self._values(
+            jax.lax.stop_gradient(params) | target_params,
+            jnp.stack([batch.observations, batch.next_observations]),
+            jnp.stack([batch.value_goals] * 2),
+        )
+        loss = losses.implicit_value(
+            values,
+            target_values,
+            target_next_values,
+            batch.value_success,
+            discount=self.config.discount,
+            level=self.config.expectile,
+        ).mean()
+        return loss, describe("value", values) | {"value/td_loss": loss}
+
+    def _actor_loss(
+        self, params: Params, batch: Batch, subgoals: Subgoals
+    ) -> tuple[jax.Array, Metrics]:
+        fixed = jax.lax.stop_gradient(params)
+        states, next_states = batch.observations, batch.next_observations
+        values, represented = self._values(
+            fixed,
+            jnp.stack([states, next_states, states, subgoals.actor_subgoals]),
+            jnp.stack([subgoals.low_actor_goals] * 2 + [batch.actor_goals] * 2),
+        )
+        low_value, low_next_value, high_value, high_next_value = values.mean(axis=1)
+        low_means: Any = self.low_policy.apply(
+            params["low_policy"], observations=states, goals=represented[0]
+        )
+        low_loss, low_metrics = actors.awr(
+            low_means,
+            batch.actions,
+            low_next_value - low_value,
+            temperature=self.config.low_temperature,
+        )
+        high_means: Any = self.high_policy.apply(
+            params["high_policy"], observations=states, goals=batch.actor_goals
+        )
+        subgoal: Any = self.representation.apply(
+            fixed["representation"], observations=states, goals=subgoals.actor_subgoals
+        )
+        high_loss, high_metrics = actors.awr(
+            high_means,
+            subgoal,
+            high_next_value - high_value,
+            temperature=self.config.high_temperature,
+        )
+        return low_loss + high_loss, {
+            **add_prefix("low_", low_metrics),
+            **add_prefix("high_", high_metrics),
+        }
+
+    def _values(
+        self, params: Params, observations: jax.Array, goals: jax.Array
+    ) -> tuple[jax.Array, Any]:
+        """V_i(s, phi(s, g)), (..., members, B), and phi(s, g), (..., B, n)."""
+        represented: Any = self.representation.apply(
+            params["representation"], observations=observations, goals=goals
+        )
+        values = apply_ensemble(
+            self.value, params["value"], observations=observations, goals=represented
+        )
+        return jnp.moveaxis(values, 0, -2), represented

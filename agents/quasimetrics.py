@@ -1,0 +1,99 @@
+"""Quasimetrics: learned distances that need not be symmetric, but never break a triangle.
+
+States are embedded by a network; the distance of two embeddings is a fixed formula, which is 0
+from a point to itself, never negative, and at most the distance by way of any third point.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import flax.linen as nn
+import jax
+import jax.numpy as jnp
+
+from pigbench.agents.networks import MLP
+from pigbench.agents.regularizers import safe_norm
+
+
+def interval_lengths(starts: jax.Array, ends: jax.Array) -> jax.Array:
+    """The length that intervals [x_i, max(x_i, y_i)] cover together: (..., n), (..., n) to (...,).
+
+    A covered stretch counts with the end where it closes, less the start where it opens. Which
+    these are is found by comparing all pairs: elementwise, and nothing that has a derivative.
+    """
+    lower, upper = jnp.broadcast_arrays(starts, jnp.maximum(starts, ends))
+    my_lower, my_upper = lower[..., :, None], upper[..., :, None]
+    its_lower, its_upper = lower[..., None, :], upper[..., None, :]
+    earlier = jnp.tri(lower.shape[-1], k=-1, dtype=bool)  # of equals, the first one counts
+    covered_below = (its_lower < my_lower) & (my_lower <= its_upper)
+    covered_above = (its_lower <= my_upper) & (my_upper < its_upper)
+    opens = ~jnp.any(covered_below | ((its_lower == my_lower) & earlier), axis=-1)
+    closes = ~jnp.any(covered_above | ((its_upper == my_upper) & earlier), axis=-1)
+    return jnp.sum(jnp.where(closes, upper, 0) - jnp.where(opens, lower, 0), axis=-1)
+
+
+class Quasimetric(nn.Module):
+    """d(s, g) between embeddings of n = `latent_size` numbers. A subclass says how far they are."""
+
+    hidden_sizes: Sequence[int]
+    latent_size: int
+    layer_norm: bool
+
+    def setup(self) -> None:
+        """The embedding's network."""
+        self.encoder = MLP(self.hidden_sizes, self.latent_size, layer_norm=self.layer_norm)
+
+    def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
+        """d(s, g): (..., o) and (..., o) to (...,)."""
+        return self.distance(
+            starts=self.encode(observations=observations), ends=self.encode(observations=goals)
+        )
+
+    def encode(self, *, observations: jax.Array) -> jax.Array:
+        """The embedding: (..., o) to (..., n)."""
+        return self.encoder(observations)
+
+    def distance(self, *, starts: jax.Array, ends: jax.Array) -> jax.Array:
+        """From one embedding to another: (..., n) and (..., n) to (...,)."""
+        raise NotImplementedError
+
+
+class IQE(Quasimetric):
+    """Interval quasimetric embedding, of components of `component_size` intervals each.
+
+    A component's distance is the length that its intervals [x_i, y_i] cover; the whole is a
+    learned mixture of their largest and their mean (Wang and Isola, 2022, "Improved
+    Representation of Asymmetrical Distances with Interval Quasimetric Embeddings").
+    """
+
+    component_size: int = 8
+
+    def setup(self) -> None:
+        """The embedding's network and the mixture's logit."""
+        super().setup()
+        self.mixture = self.param("mixture", nn.initializers.zeros, ())
+
+    def distance(self, *, starts: jax.Array, ends: jax.Array) -> jax.Array:
+        """As in `Quasimetric`."""
+        lengths = interval_lengths(self._components(starts), self._components(ends))
+        share = jax.nn.sigmoid(self.mixture)
+        return share * lengths.mean(axis=-1) + (1 - share) * lengths.max(axis=-1)
+
+    def _components(self, latents: jax.Array) -> jax.Array:
+        return latents.reshape(*latents.shape[:-1], -1, self.component_size)
+
+
+class MRN(Quasimetric):
+    """Metric residual network: half of the embedding is a metric, half an asymmetric residual.
+
+    ||x - y|| of the one plus max_i relu(x_i - y_i) of the other (Liu et al., 2023, "Metric
+    Residual Networks for Sample Efficient Goal-Conditioned Reinforcement Learning").
+    """
+
+    def distance(self, *, starts: jax.Array, ends: jax.Array) -> jax.Array:
+        """As in `Quasimetric`."""
+        symmetric, asymmetric = jnp.split(starts - ends, 2, axis=-1)
+        return safe_norm(symmetric) + jax.nn.relu(asymmetric).max(axis=-1)
+
+
+QUASIMETRICS: Mapping[str, type[Quasimetric]] = {"iqe": IQE, "mrn": MRN}
+"""Quasimetrics by name."""

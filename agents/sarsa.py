@@ -1,0 +1,108 @@
+"""Values of the behaviour in the data, learnt as probabilities: a double critic and a value.
+
+As in SHARSA (Park et al., 2025, "Horizon Reduction Makes RL Scalable") and in Eqs. hi_critic_loss
+and hi_value_loss of the paper's appendix.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import optax
+
+from pigbench.agents.agent import Metrics, Params, describe
+from pigbench.agents.networks import Critic, Value, apply_ensemble, init_ensemble
+
+
+@dataclass(frozen=True)
+class Sarsa:
+    """Q_1, Q_2(s, a, g) and V(s, g): the expectation of discount^steps to the goal.
+
+    The networks give logits of it. An action is any choice made at s, such as a subgoal. Among an
+    agent's parameters they are "critic" (members stacked), which has a target copy, and "value".
+    """
+
+    hidden_sizes: tuple[int, ...]
+    layer_norm: bool
+    members = 2
+
+    @cached_property
+    def critic(self) -> Critic:
+        """The network of one Q."""
+        return Critic(self.hidden_sizes, layer_norm=self.layer_norm)
+
+    @cached_property
+    def value(self) -> Value:
+        """The network of V."""
+        return Value(self.hidden_sizes, layer_norm=self.layer_norm)
+
+    def init(
+        self, key: jax.Array, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
+    ) -> Params:
+        """Fresh parameters, for inputs of these shapes."""
+        critic_key, value_key = jax.random.split(key)
+        return {
+            "critic": init_ensemble(
+                self.critic,
+                critic_key,
+                self.members,
+                observations=observations,
+                actions=actions,
+                goals=goals,
+            ),
+            "value": self.value.init(value_key, observations=observations, goals=goals),
+        }
+
+    def loss(
+        self,
+        params: Params,
+        target_params: Params,
+        *,
+        observations: jax.Array,
+        actions: jax.Array,
+        goals: jax.Array,
+        next_observations: jax.Array,
+        success: jax.Array,
+        discounts: jax.Array,
+    ) -> tuple[jax.Array, Metrics]:
+        """Binary cross-entropies of Q_1 and Q_2 with their backup, and of V with min(Q_1, Q_2).
+
+        `discounts` (B,) are discount^k for transitions of k steps, and `success` (B,) is 1 where
+        they end at the goal, else 0: the reward there is discount^k, and nothing follows.
+        """
+        inputs = {"observations": observations, "actions": actions, "goals": goals}
+        next_logits: Any = self.value.apply(
+            params["value"], observations=next_observations, goals=goals
+        )
+        next_values = jax.lax.stop_gradient(jax.nn.sigmoid(next_logits))
+        backups = discounts * jnp.where(success, 1, next_values)
+        critic_logits = apply_ensemble(self.critic, params["critic"], **inputs)
+        critic_loss = optax.sigmoid_binary_cross_entropy(critic_logits, backups).sum(axis=0).mean()
+
+        values = self.score(target_params, **inputs)
+        value_logits: Any = self.value.apply(
+            params["value"], observations=observations, goals=goals
+        )
+        value_loss = optax.sigmoid_binary_cross_entropy(value_logits, values).mean()
+
+        return critic_loss + value_loss, {
+            "critic/loss": critic_loss,
+            "value/loss": value_loss,
+            **describe("critic", jax.nn.sigmoid(critic_logits)),
+            **describe("value", jax.nn.sigmoid(value_logits)),
+        }
+
+    def score(
+        self, params: Params, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
+    ) -> jax.Array:
+        """min(Q_1, Q_2) in (0, 1): (..., o), (..., a) and (..., o) to (...,)."""
+        observations, goals = (
+            jnp.broadcast_to(inputs, (*actions.shape[:-1], inputs.shape[-1]))
+            for inputs in (observations, goals)
+        )
+        logits = apply_ensemble(
+            self.critic, params["critic"], observations=observations, actions=actions, goals=goals
+        )
+        return jax.nn.sigmoid(logits).min(axis=0)

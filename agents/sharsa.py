@@ -1,0 +1,107 @@
+"""The low level of SHARSA and DSHARSA: behaviour cloning with a flow.
+
+Park et al. (2025), "Horizon Reduction Makes RL Scalable". Their high level is that of every method
+in `hierarchy.py`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from pigbench.agents.agent import Agent, Metrics, Params, combine
+from pigbench.agents.batch import Batch
+from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.flow import FlowPolicy, best_of
+from pigbench.agents.sarsa import Sarsa
+
+
+@dataclass(frozen=True)
+class FlowCloneConfig(AgentConfig):
+    """Hyper-parameters of the flow clone; defaults are SHARSA's."""
+
+    flow_steps: int = 10
+    candidates: int = 1  # actions drawn, of which a critic's best is taken; one needs no critic
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, lambda x: x >= 1, "at least 1", "flow_steps", "candidates")
+
+
+class FlowClone(Agent[FlowCloneConfig]):
+    """A flow of the data's actions given state and goal, best of several by a SARSA critic."""
+
+    def __init__(self, config: FlowCloneConfig, **space: Any) -> None:
+        super().__init__(config, **space)
+        self.has_critic = config.candidates > 1
+        self.target_networks = ("critic",) if self.has_critic else ()
+
+    @cached_property
+    def actor(self) -> FlowPolicy:
+        """The flow of actions."""
+        config = self.config
+        return FlowPolicy(
+            config.actor_hidden_sizes, self.action_size, config.layer_norm, config.flow_steps
+        )
+
+    @cached_property
+    def values(self) -> Sarsa:
+        """The critic of actions."""
+        return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
+
+    def init(self, key: jax.Array) -> Params:
+        """Parameters of "actor" and, with a critic, of "critic" and "value"."""
+        actor_key, values_key = jax.random.split(key)
+        states = jnp.zeros((1, self.observation_size))
+        actions = jnp.zeros((1, self.action_size))
+        params = {"actor": self.actor.init(actor_key, observations=states, goals=states)}
+        if self.has_critic:
+            params |= self.values.init(
+                values_key, observations=states, actions=actions, goals=states
+            )
+        return params
+
+    def loss(
+        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
+    ) -> tuple[jax.Array, Metrics]:
+        """Flow matching and, with a critic, its losses; they train disjoint networks."""
+        actor = self.actor.loss(
+            params["actor"],
+            observations=batch.observations,
+            goals=batch.actor_goals,
+            samples=batch.actions,
+            key=key,
+        )
+        if not self.has_critic:
+            return actor
+        values = self.values.loss(
+            params,
+            target_params,
+            observations=batch.observations,
+            actions=batch.actions,
+            goals=batch.value_goals,
+            next_observations=batch.next_observations,
+            success=batch.value_success,
+            # At the goal no step is left.
+            discounts=jnp.where(batch.value_success, 1, self.config.discount),
+        )
+        return combine(actor, values)
+
+    def act(
+        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+    ) -> jax.Array:
+        """The best of `candidates` samples of the flow, clipped to [-1, 1]."""
+        candidates = self.actor.sample(
+            params["actor"],
+            observations=observations,
+            goals=goals,
+            count=self.config.candidates,
+            key=key,
+        )
+        actions = jnp.clip(candidates, -1, 1)
+        if not self.has_critic:
+            return actions[0]
+        scores = self.values.score(params, observations=observations, actions=actions, goals=goals)
+        return best_of(actions, scores)

@@ -1,0 +1,101 @@
+"""What every registered method must do: learn a small task, and train on from where it was."""
+
+import dataclasses
+from functools import cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from pigbench import agents
+from pigbench.agents import AgentConfig
+from pigbench.data import sampler
+
+LAYOUT = {"joint_pos": slice(0, 2)}
+"""Any representation keeps the joints, so all of a point's state."""
+
+
+def point_mass_rows(episodes=400, length=20):
+    """A point in the square [-5, 5]^2 that moves by its action, on walks that turn now and then.
+
+    A step of full speed has length 1 or more, so the regularisers' assumptions roughly hold.
+    """
+    rng = np.random.default_rng(0)
+    states = [rng.uniform(-5, 5, size=(episodes, 2))]
+    heading = rng.uniform(-1, 1, size=(episodes, 2))
+    actions = []
+    for _ in range(length):
+        turn = rng.uniform(size=(episodes, 1)) < 0.2
+        heading = np.where(turn, rng.uniform(-1, 1, size=(episodes, 2)), heading)
+        actions.append(heading)
+        states.append(np.clip(states[-1] + heading, -5, 5))
+    rows = (np.stack(column[:length], axis=1).reshape(-1, 2) for column in (states, actions))
+    terminals = np.tile(np.arange(length) == length - 1, episodes)
+    return sampler.Rows.create(*(column.astype(np.float32) for column in rows), terminals)
+
+
+TINY = {
+    "actor_hidden_sizes": (64, 64),
+    "value_hidden_sizes": (64, 64),
+    "latent_size": 64,
+    "subgoal_steps": 3,
+}
+
+
+def tiny(config):
+    """The configuration, and those nested in it, with networks and horizons of the task's size."""
+    fields = {field.name: getattr(config, field.name) for field in dataclasses.fields(config)}
+    nested = {name: tiny(value) for name, value in fields.items() if isinstance(value, AgentConfig)}
+    return dataclasses.replace(
+        config, **{name: size for name, size in TINY.items() if name in fields}, **nested
+    )
+
+
+@cache
+def build(name):
+    """The agent, its state at first, and a function that trains a state for a number of steps."""
+    config = dataclasses.replace(
+        tiny(agents.get(name).config), batch_size=128, discount=0.95, learning_rate=1e-3
+    )
+    agent = agents.build(name, config, observation_size=2, action_size=2, layout=LAYOUT)
+    rows = point_mass_rows()
+
+    def update(_, state):
+        keys = jax.random.split(jax.random.fold_in(jax.random.key(1), state.step))
+        batch = sampler.sample(keys[0], rows, agent.sampling, config.batch_size)
+        return agents.update(agent, state, batch, keys[1])[0]
+
+    @jax.jit
+    def train(state, count):
+        return jax.lax.fori_loop(0, count, update, state)
+
+    return agent, jax.jit(partial(agents.create, agent))(jax.random.key(0)), train
+
+
+@pytest.mark.parametrize("name", agents.names())
+def test_reaches_goals_of_a_point_mass(name):
+    agent, state, train = build(name)
+    params = train(state, 2000).params
+
+    @jax.jit
+    def distances(key):
+        starts, goals = jax.random.uniform(key, (2, 100, 2), minval=-4.5, maxval=4.5)
+
+        def move(states, key):
+            states = jnp.clip(states + agent.act(params, states, goals, key), -5, 5)
+            return states, jnp.linalg.norm(states - goals, axis=-1)
+
+        return jax.lax.scan(move, starts, jax.random.split(key, 40))[1]
+
+    reached = (distances(jax.random.key(2)) < 0.5).any(axis=0)
+    assert reached.mean() >= 0.8
+
+
+@pytest.mark.parametrize("name", agents.names())
+def test_trains_on_to_the_same_bits(name):
+    _, state, train = build(name)
+    whole, resumed = train(state, 6), train(train(state, 3), 3)
+    for left, right in zip(jax.tree.leaves(whole), jax.tree.leaves(resumed), strict=True):
+        assert left.tobytes() == right.tobytes()
+    assert whole.step == 6
