@@ -26,7 +26,8 @@ quickstart: .venv/installed
 # Two runs of one thread each use two cores better than one run of two.
 $(TRAININGS): export XLA_FLAGS = --xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1
 $(TRAININGS): $(WORK)/%:
-	$(BIN)/pigbench train $* --data $(WORK)/data --out $@ --preset cpu --steps 12000 --evaluate-every 4000
+	$(BIN)/pigbench train $* --data $(WORK)/data --out $@ --preset cpu --agent.batch-size 128 \
+	  --steps 20000 --evaluate-every 10000 --evaluation.episodes 20
 
 test: .venv/installed
 	$(BIN)/pytest

@@ -110,12 +110,12 @@ class Policy(nn.Module):
         return MLP(self.hidden_sizes, self.action_size, output_scale=0.01)(inputs)
 
 
-def init_ensemble(network: nn.Module, key: jax.Array, members: int, **inputs: jax.Array) -> Any:
+def init_ensemble(network: nn.Module, key: jax.Array, members: int, **inputs: Any) -> Any:
     """The parameters of `members` independent copies of `network`, stacked."""
     return jax.vmap(lambda key: network.init(key, **inputs))(jax.random.split(key, members))
 
 
-def apply_ensemble(network: nn.Module, ensemble: Any, **inputs: jax.Array) -> Any:
+def apply_ensemble(network: nn.Module, ensemble: Any, **inputs: Any) -> Any:
     """What each member makes of the same inputs: the network's output with a leading axis more."""
     return jax.vmap(lambda member: network.apply(member, **inputs))(ensemble)
 

@@ -28,7 +28,7 @@ def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
             "cpu_count": os.cpu_count(),
             "device": jax.devices()[0].device_kind,
         },
-        "dataset": str(dataset.absolute()),
+        "dataset": str(dataset),
         "dataset_digest": dataset_digest,
     }
 

@@ -16,23 +16,21 @@ LAYOUT = {"joint_pos": slice(0, 2)}
 """Any representation keeps the joints, so all of a point's state."""
 
 
-def point_mass_rows(episodes=400, length=20):
-    """A point in the square [-5, 5]^2 that moves by its action, on walks that turn now and then.
-
-    A step of full speed has length 1 or more, so the regularisers' assumptions roughly hold.
-    """
+def point_mass_rows(episodes=1500):
+    """A point in the square [-5, 5]^2 that moves by its action; noisy walks to random targets."""
     rng = np.random.default_rng(0)
-    states = [rng.uniform(-5, 5, size=(episodes, 2))]
-    heading = rng.uniform(-1, 1, size=(episodes, 2))
-    actions = []
-    for _ in range(length):
-        turn = rng.uniform(size=(episodes, 1)) < 0.2
-        heading = np.where(turn, rng.uniform(-1, 1, size=(episodes, 2)), heading)
-        actions.append(heading)
-        states.append(np.clip(states[-1] + heading, -5, 5))
-    rows = (np.stack(column[:length], axis=1).reshape(-1, 2) for column in (states, actions))
-    terminals = np.tile(np.arange(length) == length - 1, episodes)
-    return sampler.Rows.create(*(column.astype(np.float32) for column in rows), terminals)
+    states, actions, terminals = [], [], []
+    for _ in range(episodes):
+        state, target = rng.uniform(-5, 5, size=(2, 2))
+        arrived = False
+        while not arrived:
+            arrived = np.abs(target - state).max() < 0.5
+            action = np.clip(target - state + 0.3 * rng.normal(size=2), -1, 1)
+            states.append(state)
+            actions.append(action)
+            terminals.append(arrived)
+            state = np.clip(state + action, -5, 5)
+    return sampler.Rows.create(np.float32(states), np.float32(actions), terminals)
 
 
 TINY = {
@@ -76,7 +74,7 @@ def build(name):
 @pytest.mark.parametrize("name", agents.names())
 def test_reaches_goals_of_a_point_mass(name):
     agent, state, train = build(name)
-    params = train(state, 2000).params
+    params = train(state, 1000).params
 
     @jax.jit
     def distances(key):
@@ -86,10 +84,18 @@ def test_reaches_goals_of_a_point_mass(name):
             states = jnp.clip(states + agent.act(params, states, goals, key), -5, 5)
             return states, jnp.linalg.norm(states - goals, axis=-1)
 
-        return jax.lax.scan(move, starts, jax.random.split(key, 40))[1]
+        return jax.lax.scan(move, starts, jax.random.split(key, 30))[1]
 
     reached = (distances(jax.random.key(2)) < 0.5).any(axis=0)
     assert reached.mean() >= 0.8
+
+
+@pytest.mark.parametrize("name", agents.names())
+def test_actions_are_bounded(name):
+    agent, state, _ = build(name)
+    states = 100 * jax.random.normal(jax.random.key(1), (7, 2))
+    actions = jax.jit(agent.act)(state.params, states, -states, jax.random.key(2))
+    assert np.all(np.abs(actions) <= 1)
 
 
 @pytest.mark.parametrize("name", agents.names())

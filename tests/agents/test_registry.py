@@ -1,7 +1,7 @@
 import dataclasses
 
 import jax
-import numpy as np
+import jax.numpy as jnp
 import pytest
 
 from pigbench import agents
@@ -50,25 +50,22 @@ def test_a_hierarchy_over_a_method_has_that_methods_configuration():
     assert (cpu.batch_size, cpu.discount) == (256, 0.99)
 
 
-def test_every_method_builds_and_acts():
+@pytest.mark.parametrize("preset", ["paper", "cpu"])
+def test_every_method_builds_and_acts(preset):
+    def act(key):
+        states = jnp.zeros((7, 4))
+        return agent.act(agent.init(key), states, states, key)
+
     for name in agents.names():
         method = agents.get(name)
         agent = agents.build(
             name,
-            method.preset("cpu"),
+            method.preset(preset),
             observation_size=4,
             action_size=2,
             layout={"joint_pos": slice(0, 4)},
         )
-
-        @jax.jit
-        def actions_of_fresh_parameters(key, agent=agent):
-            states = 100 * jax.random.normal(key, (7, 4))
-            return agent.act(agent.init(key), states, -states, key)
-
-        actions = actions_of_fresh_parameters(jax.random.key(0))
-        assert actions.shape == (7, 2)
-        assert np.all(np.abs(actions) <= 1)
+        assert jax.eval_shape(act, jax.random.key(0)).shape == (7, 2)
         assert "\n" not in method.summary
 
 

@@ -1,0 +1,5 @@
+"""Set before any test imports JAX: tests compile much and compute little."""
+
+import os
+
+os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} --xla_backend_optimization_level=0"
