@@ -54,7 +54,8 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
     An episode's scene and the policy's draws follow from the evaluation's seed, the task and the
     episode's number alone. The rollout stops when every episode has ended.
     """
-    tasks, episodes = np.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)
+    shape = (env.num_tasks, evaluation.episodes)
+    tasks, episodes = jnp.indices(shape).reshape(2, -1)
     tasks += 1
 
     def keys(task: jax.Array, episode: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -93,7 +94,6 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
             report(int(rollout.time))
         info = rollout.states.info
         arrays = (info["success"], rollout.lengths, info["diverged"])
-        shape = (env.num_tasks, evaluation.episodes)
         return Outcome(*(np.asarray(array).reshape(shape) for array in arrays))
 
     return evaluate

@@ -35,7 +35,7 @@ def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
 
 def _commit() -> str | None:
     """The git commit of this code, with `-dirty` where files differ from it; None outside git."""
-    root = Path(__file__).resolve().parent.parent
+    root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None
     command = [
