@@ -140,4 +140,5 @@ def _noise(key: jax.Array, length: jax.Array) -> jax.Array:
     mirrored = jnp.roll(white[::-1], 2 * length - len(white), axis=0)  # white[2 length - 1 - i]
     reflected = jnp.where(jnp.arange(len(white))[:, None] < length, white, mirrored)
     padded = jnp.concatenate([white[:_FILTER_RADIUS][::-1], reflected])
-    return sum(weight * padded[i : i + MAX_STEPS] for i, weight in enumerate(_FILTER))
+    taps = (weight * padded[i : i + MAX_STEPS] for i, weight in enumerate(_FILTER))
+    return sum(taps, start=jnp.zeros(ACTION_SIZE))

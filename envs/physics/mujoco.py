@@ -1,5 +1,8 @@
 """MuJoCo in C on all cores, behind a host callback."""
 
+# mujoco's compiled modules carry no types.
+# pyright: reportAttributeAccessIssue=false
+
 import copy
 import os
 import threading
