@@ -29,13 +29,18 @@ def explaining_full_disk(path: Path) -> Iterator[None]:
     """Turns the operating system's "no space left" within the block into a UserError."""
     try:
         yield
-    except OSError as error:
-        if error.errno not in _DISK_FULL:
+    except Exception as error:
+        if not _is_full_disk(error):
             raise
         raise UserError(
             f"no space left on device while writing {path}; free some and run the same command "
             "again: finished parts are kept"
         ) from error
+
+
+def _is_full_disk(error: Exception) -> bool:
+    # Orbax reports a full disk as an error of its own, in words.
+    return getattr(error, "errno", None) in _DISK_FULL or "No space left" in str(error)
 
 
 @contextlib.contextmanager
