@@ -1,7 +1,7 @@
 """Methods by name: which agent, with which configuration."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -19,22 +19,17 @@ from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.errors import UserError, lookup
 
-SMALL_NETWORKS = {
+_SMALL_NETWORKS = {
     "actor_hidden_sizes": (256, 256, 256),
     "value_hidden_sizes": (256, 256, 256),
+    "latent_size": 128,
 }
 
 PRESETS: Mapping[str, Mapping[str, Any]] = {
     "paper": {},
-    "cpu": {"batch_size": 256, "discount": 0.99, **SMALL_NETWORKS},
+    "cpu": {"batch_size": 256, "discount": 0.99, **_SMALL_NETWORKS, "low": _SMALL_NETWORKS},
 }
-"""Presets by name: what each changes in a method's own configuration."""
-
-HIERARCHY_PRESETS: Mapping[str, Mapping[str, Any]] = {
-    "paper": {},
-    "cpu": {**PRESETS["cpu"], "low": SMALL_NETWORKS},
-}
-"""The same for hierarchies, which nest the low level's configuration."""
+"""Presets by name: what each changes in a method's own configuration, of the fields it has."""
 
 
 @dataclass(frozen=True)
@@ -45,20 +40,20 @@ class Method:
     agent: Callable[..., Agent[Any]]  # a class, or a `partial` of one that is made of others
     config: AgentConfig  # the `paper` preset
     summary: str  # one line
-    presets: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: PRESETS)
 
     def preset(self, name: str) -> AgentConfig:
         """The configuration of a preset; `UserError` if there is none of that name."""
-        return _override(self.config, lookup("preset", self.presets, name))
+        return _override(self.config, lookup("preset", PRESETS, name))
 
 
 def _override(config: Any, changes: Mapping[str, Any]) -> Any:
-    """`config` with other values of some fields; a mapping changes fields of a nested one."""
+    """`config` with other values of the fields it has; a mapping changes those of a nested one."""
     return replace(
         config,
         **{
             name: _override(getattr(config, name), value) if isinstance(value, Mapping) else value
             for name, value in changes.items()
+            if hasattr(config, name)
         },
     )
 
@@ -72,7 +67,6 @@ def hierarchy(
         agent=partial(FlowHierarchy, low=low),
         config=FlowHierarchyConfig(low=config, **fields),
         summary=summary,
-        presets=HIERARCHY_PRESETS,
     )
 
 

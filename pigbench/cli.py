@@ -36,6 +36,7 @@ COMMANDS = {
     "evaluate": Command("evaluate", "Evaluate", "roll out a trained policy on every task"),
     "table": Command("report", "Table", "success rates of runs as a table"),
     "plot": Command("report", "Plot", "learning curves of runs as a picture"),
+    "bench train": Command("bench", "Train", "time the updates of methods, side by side"),
 }
 USAGE_ERROR = 2
 INTERRUPTED = 130

@@ -65,6 +65,17 @@ def render(table: Table, style: str) -> str:
     return lookup("table format", STYLES, style)(table)
 
 
+def markdown_grid(lines: Sequence[Sequence[str]]) -> str:
+    """A Markdown table of `lines`, the header first: labels to the left, all else to the right."""
+    header, *body = lines
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
+    return "\n".join(
+        "| " + " | ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]) + " |"
+        for line in [header, rule, *body]
+    )
+
+
 def ordered(names: Iterable[str], order: Sequence[str]) -> list[str]:
     """`names` without repetition: those in `order` first and as there, the others by alphabet."""
     rank = {name: number for number, name in enumerate(order)}
@@ -86,13 +97,7 @@ def _task_label(environment: str, task: tuple[int, str]) -> str:
 def _markdown(table: Table) -> str:
     header = [table.corner[0], *table.columns]
     body = _body(table, plus_minus=" ± ", nothing="–")
-    widths = [max(map(len, column)) for column in zip(header, *body, strict=True)]
-    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
-    lines = [
-        " | ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])])
-        for line in [header, rule, *body]
-    ]
-    return "\n".join([*(f"| {line} |" for line in lines), "", table.caption, ""])
+    return "\n".join([markdown_grid([header, *body]), "", table.caption, ""])
 
 
 def _latex(table: Table) -> str:

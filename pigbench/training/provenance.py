@@ -20,6 +20,11 @@ def package_versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
 
 def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
     """What is to be kept beside a result, ready for JSON."""
+    return surroundings() | {"dataset": str(dataset), "dataset_digest": dataset_digest}
+
+
+def surroundings() -> dict[str, Any]:
+    """Versions, commit and machine, ready for JSON."""
     return {
         "versions": {"python": platform.python_version(), **package_versions()},
         "commit": _commit(),
@@ -27,9 +32,8 @@ def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
             "platform": platform.platform(),
             "cpu_count": os.cpu_count(),
             "device": jax.devices()[0].device_kind,
+            "xla_flags": os.environ.get("XLA_FLAGS", ""),
         },
-        "dataset": str(dataset),
-        "dataset_digest": dataset_digest,
     }
 
 

@@ -1,0 +1,46 @@
+"""What is timed of training: the updates of methods, on rows of noise."""
+
+from collections.abc import Iterable
+
+import jax
+import numpy as np
+
+from pigbench import agents, envs
+from pigbench.bench.timing import Contender
+from pigbench.data.sampler import Rows
+from pigbench.envs import CubeEnv
+from pigbench.training.restore import agent_for
+from pigbench.training.train import make_updates
+
+_EPISODES, _EPISODE_LENGTH = 20, 1001
+
+
+def contenders(environment: str, methods: Iterable[str], preset: str) -> list[Contender]:
+    """Each method's updates at a preset, sampling of batches included; a unit is an update."""
+    env = envs.make(environment)
+    rows = _noise(env)
+    return [_updates(env, rows, method, preset) for method in methods]
+
+
+def _updates(env: CubeEnv, rows: Rows, method: str, preset: str) -> Contender:
+    init_key, step_key = jax.random.split(jax.random.key(0))
+    agent = agent_for(env, method, agents.get(method).preset(preset))
+    updates = make_updates(agent, step_key)
+    state = agents.create(agent, init_key)
+
+    def work(count: int) -> None:
+        nonlocal state
+        state, _ = jax.block_until_ready(updates(state, rows, count))
+
+    return Contender(method, work)
+
+
+def _noise(env: CubeEnv) -> Rows:
+    """Rows as an environment's data set has them. Their values do not matter to the time."""
+    draws = np.random.default_rng(0)
+    count = _EPISODES * _EPISODE_LENGTH
+    return Rows.create(
+        draws.standard_normal((count, env.observation_size), np.float32),
+        draws.uniform(-1, 1, (count, env.action_size)).astype(np.float32),
+        np.arange(1, count + 1) % _EPISODE_LENGTH == 0,
+    )
