@@ -4,6 +4,7 @@ A command is chosen first, then its own fields are parsed. What a user got wrong
 standard error and exit status 2.
 """
 
+import argparse
 import contextlib
 import importlib
 import io
@@ -16,6 +17,7 @@ from typing import Any, NamedTuple
 
 import tyro
 
+from pigbench import plugins
 from pigbench.errors import UserError, lookup
 
 
@@ -58,11 +60,26 @@ def main() -> None:
 
 def run(arguments: Sequence[str]) -> None:
     """Parse and run one command. Raises UserError for what the user got wrong."""
+    files, arguments = _take_plugins(arguments)
     name, rest = _choose(arguments)
     _cache_compilations()
+    plugins.load_installed()
+    for file in files:
+        plugins.load_file(file)
     module = importlib.import_module(f"pigbench.commands.{COMMANDS[name].module}")
     kind = getattr(module, COMMANDS[name].kind)
     _parse(kind, rest, program=f"pigbench {name}").run()
+
+
+def _take_plugins(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
+    """The files given with `--plugin`, which every command takes, and the other arguments."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    parser.add_argument("--plugin", type=Path, action="append", default=[])
+    try:
+        known, others = parser.parse_known_args(arguments)
+    except argparse.ArgumentError as error:
+        raise UserError(f"{error}: the file of a plugin") from None
+    return known.plugin, others
 
 
 def _choose(arguments: Sequence[str]) -> tuple[str, list[str]]:
@@ -91,6 +108,8 @@ def _overview() -> str:
         "usage: pigbench COMMAND ... (pigbench COMMAND --help says more)",
         "",
         *(f"  {name:14}{command.summary}" for name, command in COMMANDS.items()),
+        "",
+        "Every command takes --plugin FILE, a Python file that registers methods of your own.",
     ]
     return "\n".join(lines)
 

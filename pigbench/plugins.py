@@ -1,0 +1,55 @@
+"""Methods from elsewhere: what is imported here calls `register` for each of its methods."""
+
+import contextlib
+import importlib.metadata
+import importlib.util
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from pigbench.errors import UserError
+
+ENTRY_POINTS = "pigbench.agents"
+"""The group under which an installed package declares its methods."""
+
+
+def load_installed() -> None:
+    """Import the methods that installed packages declare.
+
+    Raises `UserError` if one cannot be imported.
+    """
+    for entry in importlib.metadata.entry_points(group=ENTRY_POINTS):
+        with _explaining(f"entry point {entry.name!r} ({entry.value})"):
+            entry.load()
+
+
+def load_file(path: Path) -> None:
+    """Run a Python file, once, that registers methods.
+
+    Raises `UserError` if there is none or it does not run.
+    """
+    name = f"{ENTRY_POINTS}:{path.resolve()}"
+    if name in sys.modules:
+        return
+    if not path.is_file() or path.suffix != ".py":
+        raise UserError(f"plugin {path} is no Python file: name an existing one that ends in .py")
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look up the module they are defined in
+    try:
+        with _explaining(f"plugin {path}"):
+            spec.loader.exec_module(module)
+    except UserError:
+        del sys.modules[name]
+        raise
+
+
+@contextlib.contextmanager
+def _explaining(plugin: str) -> Iterator[None]:
+    try:
+        yield
+    except UserError as error:
+        raise UserError(f"{plugin}: {error}") from error
+    except Exception as error:
+        raise UserError(f"{plugin} does not load: {type(error).__name__}: {error}") from error
