@@ -10,6 +10,7 @@ import tyro
 from pigbench import agents
 from pigbench.bench import training
 from pigbench.bench.timing import Contender, Timing, alternate
+from pigbench.errors import UserError
 from pigbench.report.tables import markdown_grid
 from pigbench.support import files
 from pigbench.support.progress import Progress
@@ -24,6 +25,10 @@ class Turns:
     """Turns of each contender."""
     seconds: float = 2.0
     """Length of a turn, in seconds."""
+
+    def __post_init__(self) -> None:
+        if self.turns < 1:
+            raise UserError(f"turns is {self.turns}: it must be at least 1")
 
 
 @dataclasses.dataclass(frozen=True)
