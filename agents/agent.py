@@ -9,6 +9,7 @@ import jax.numpy as jnp
 
 from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
+from pigbench.errors import UserError
 
 Params = dict[str, Any]  # network name -> its parameters
 Metrics = dict[str, jax.Array]  # "<part>/<quantity>" -> scalar
@@ -87,6 +88,13 @@ class Agent(abc.ABC, Generic[Config]):
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
         """The scalar to minimise in `params`, and scalar metrics."""
+
+    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+        """V(s, g): (B, o) and (B, o) to (B,).
+
+        Raises `UserError` if the method learns no such value.
+        """
+        raise UserError("this method learns no value V(s, g): choose a run of another")
 
     @abc.abstractmethod
     def act(

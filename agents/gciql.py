@@ -76,6 +76,10 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
             self._actor_loss(params, batch),
         )
 
+    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+        """V(s, g)."""
+        return self._values(params["value"], observations, goals)
+
     def _value_loss(
         self, params: Params, target_params: Params, batch: Batch
     ) -> tuple[jax.Array, Metrics]:

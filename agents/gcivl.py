@@ -66,6 +66,11 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
             self._actor_loss(params, batch),
         )
 
+    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+        """The members' mean."""
+        values = apply_ensemble(self.value, params["value"], observations=observations, goals=goals)
+        return values.mean(axis=0)
+
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
 

@@ -153,6 +153,11 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         subgoals = best_of(candidates, scores)
         return self.low.act(low, self.represent(observations), subgoals, low_key)
 
+    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+        """The low level's, of what it sees of both states."""
+        _, low = _levels(params)
+        return self.low.state_values(low, self.represent(observations), self.represent(goals))
+
     def _high_loss(
         self,
         params: Params,

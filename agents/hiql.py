@@ -136,6 +136,10 @@ class HIQL(Agent[HIQLConfig]):
         )
         return jnp.clip(actions, -1, 1)
 
+    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+        """The members' mean, of the goal's representation."""
+        return self._values(params, observations, goals)[0].mean(axis=0)
+
     def _value_loss(
         self, params: Params, target_params: Params, batch: Batch
     ) -> tuple[jax.Array, Metrics]:

@@ -97,6 +97,11 @@ class QRL(PolicyAgent[QRLConfig]):
             ACTOR_LOSSES[self.config.actor](self, params, here, there, batch),
         )
 
+    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+        """-d(s, g)."""
+        here, there = self._encode(params, jnp.stack([observations, goals]))
+        return -self._distance(params, here, there)
+
     def _value_loss(
         self, params: Params, here: jax.Array, there: jax.Array, goals: jax.Array, batch: Batch
     ) -> tuple[jax.Array, Metrics]:

@@ -108,6 +108,11 @@ class Scene:
 
 def build(num_cubes: int, profile: str = "exact") -> Scene:
     """Compile the scene with `num_cubes` cubes; `profile` is one of PROFILES (else UserError)."""
+    return Scene(describe(num_cubes, profile).compile(), num_cubes, profile)
+
+
+def describe(num_cubes: int, profile: str) -> mujoco.MjSpec:
+    """The scene before it is compiled, as `build` has it."""
     pad_boxes = lookup("physics profile", PROFILES, profile)
     spec = mujoco.MjSpec()
     spec.modelname = f"pigbench_{num_cubes}_cubes_{profile}"
@@ -123,7 +128,7 @@ def build(num_cubes: int, profile: str = "exact") -> Scene:
     cubes = [_add_cube(spec, i, num_cubes) for i in range(num_cubes)]
     pads = {f"{side}_pad_{i}": box for side in ("right", "left") for i, box in enumerate(pad_boxes)}
     _add_contacts(spec, cubes, pads)
-    return Scene(spec.compile(), num_cubes, profile)
+    return spec
 
 
 def _add_statics(spec: mujoco.MjSpec) -> None:

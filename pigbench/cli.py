@@ -34,11 +34,19 @@ COMMANDS = {
     "generate": Command("generate", "Generate", "collect an offline data set"),
     "data info": Command("data", "Info", "what a data set holds"),
     "data verify": Command("data", "Verify", "find torn or altered files of a data set"),
-    "train": Command("train", "Train", "train one method with one seed"),
+    "data export": Command("data", "Export", "write a data set for OGBench's loaders"),
+    "data import": Command("data", "Import", "make a data set of OGBench's files"),
+    "data render": Command("render", "RenderData", "an episode of a data set as a film"),
+    "train": Command("train", "Train", "train one method, with one seed or several"),
     "evaluate": Command("evaluate", "Evaluate", "roll out a trained policy on every task"),
     "table": Command("report", "Table", "success rates of runs as a table"),
-    "plot": Command("report", "Plot", "learning curves of runs as a picture"),
+    "suite": Command("suite", "RunSuite", "environments x methods x seeds as one job"),
+    "suite status": Command("suite", "SuiteStatus", "how far a suite is"),
+    "plot": Command("report", "Plot", "curves, bars, boxes or profiles of runs as a picture"),
+    "render": Command("render", "Render", "a task as a picture, a policy's episodes as a film"),
+    "analyze": Command("analyze", "Analyze", "residuals of a value function by contact mode"),
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),
+    "toy": Command("toy", "Toy", "fit a known cost-to-go under each regulariser"),
 }
 USAGE_ERROR = 2
 INTERRUPTED = 130
@@ -60,6 +68,11 @@ def main() -> None:
 
 def run(arguments: Sequence[str]) -> None:
     """Parse and run one command. Raises UserError for what the user got wrong."""
+    parse(arguments).run()
+
+
+def parse(arguments: Sequence[str]) -> Any:
+    """The command that `arguments` ask for. Raises UserError for what the user got wrong."""
     files, arguments = _take_plugins(arguments)
     name, rest = _choose(arguments)
     _cache_compilations()
@@ -68,7 +81,7 @@ def run(arguments: Sequence[str]) -> None:
         plugins.load_file(file)
     module = importlib.import_module(f"pigbench.commands.{COMMANDS[name].module}")
     kind = getattr(module, COMMANDS[name].kind)
-    _parse(kind, rest, program=f"pigbench {name}").run()
+    return _parse(kind, rest, program=f"pigbench {name}")
 
 
 def _take_plugins(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:

@@ -45,6 +45,12 @@ def load_file(path: Path) -> None:
         raise
 
 
+def loaded_files() -> list[str]:
+    """The files that `load_file` has run."""
+    prefix = f"{ENTRY_POINTS}:"
+    return [name.removeprefix(prefix) for name in sys.modules if name.startswith(prefix)]
+
+
 @contextlib.contextmanager
 def _explaining(plugin: str) -> Iterator[None]:
     try:

@@ -30,8 +30,7 @@ class PlayPolicy(Policy[PlayState]):
     def reset(self, key: jax.Array, physics_state: PhysicsState) -> PlayState:
         """Begin an episode."""
         stacking_key, key = jax.random.split(key)
-        low, high = targets.STACKING[self.scene.num_cubes]
-        stacking = jax.random.uniform(stacking_key, minval=low, maxval=high)
+        stacking = targets.draw_stacking(stacking_key, self.scene.num_cubes)
         first = targets.FIRST_STACKING
         return self._begin(key, physics_state, stacking, next_stacking=jnp.asarray(first))
 

@@ -30,6 +30,12 @@ def is_top(cubes: jax.Array) -> jax.Array:
     return ~jnp.any(near & (offset[..., 2] > 0), axis=1)
 
 
+def draw_stacking(key: jax.Array, num_cubes: int) -> jax.Array:
+    """An episode's probability of stacking, ()."""
+    low, high = STACKING[num_cubes]
+    return jax.random.uniform(key, minval=low, maxval=high)
+
+
 def draw(key: jax.Array, cubes: jax.Array, stacking: jax.Array | float) -> Target:
     """A target for a top cube: on another top cube with probability `stacking`, else on the floor.
 

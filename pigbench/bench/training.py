@@ -6,6 +6,7 @@ import jax
 import numpy as np
 
 from pigbench import agents, envs
+from pigbench.agents import AgentConfig
 from pigbench.bench.timing import Contender
 from pigbench.data.sampler import Rows
 from pigbench.envs import CubeEnv
@@ -18,24 +19,27 @@ _EPISODES, _EPISODE_LENGTH = 20, 1001
 def contenders(environment: str, methods: Iterable[str], preset: str) -> list[Contender]:
     """Each method's updates at a preset, sampling of batches included; a unit is an update."""
     env = envs.make(environment)
-    rows = _noise(env)
-    return [_updates(env, rows, method, preset) for method in methods]
+    rows = noise(env)
+    return [updates(env, rows, method, agents.get(method).preset(preset)) for method in methods]
 
 
-def _updates(env: CubeEnv, rows: Rows, method: str, preset: str) -> Contender:
+def updates(
+    env: CubeEnv, rows: Rows, method: str, config: AgentConfig, *, name: str = ""
+) -> Contender:
+    """The updates of a method with some hyper-parameters, under its own or another name."""
     init_key, step_key = jax.random.split(jax.random.key(0))
-    agent = agent_for(env, method, agents.get(method).preset(preset))
-    updates = make_updates(agent, step_key)
-    state = agents.create(agent, init_key)
+    agent = agent_for(env, method, config)
+    step = make_updates(agent, [step_key])
+    states = [agents.create(agent, init_key)]
 
     def work(count: int) -> None:
-        nonlocal state
-        state, _ = jax.block_until_ready(updates(state, rows, count))
+        nonlocal states
+        states, _ = jax.block_until_ready(step(states, rows, count))
 
-    return Contender(method, work)
+    return Contender(name or method, work)
 
 
-def _noise(env: CubeEnv) -> Rows:
+def noise(env: CubeEnv) -> Rows:
     """Rows as an environment's data set has them. Their values do not matter to the time."""
     draws = np.random.default_rng(0)
     count = _EPISODES * _EPISODE_LENGTH

@@ -1,12 +1,14 @@
-"""`pigbench data`: look at a data set and check it."""
+"""`pigbench data`: look at a data set, check it, exchange it with other formats."""
 
 import dataclasses
 from pathlib import Path
 
 import tyro
 
-from pigbench.data import dataset, manifest
-from pigbench.errors import UserError
+from pigbench.data import dataset, manifest, ogbench
+from pigbench.errors import UserError, lookup
+
+_FORMATS = {"ogbench": ogbench}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,6 +37,49 @@ class Verify:
             print(problem)
         if problems:
             raise UserError(
-                f"{self.folder} has {len(problems)} faults; run its `pigbench generate` again"
+                f"{self.folder} has {len(problems)} faults; run the command that made it again"
             )
         print(f"{self.folder} is whole")
+
+
+@dataclasses.dataclass(frozen=True)
+class Export:
+    """Write a data set in another format: for OGBench's loaders, F.npz and F-val.npz."""
+
+    folder: tyro.conf.Positional[Path]
+    """Folder of the data set."""
+    out: Path
+    """File of the training split; that of the validation split is named after it."""
+    format: str = "ogbench"
+    """Format of the files."""
+
+    def run(self) -> None:
+        """Write the files."""
+        form = lookup("format", _FORMATS, self.format)
+        form.write(dataset.load(self.folder), self.out)
+        print(f"{' and '.join(map(str, form.split_paths(self.out).values()))} are written")
+
+
+@dataclasses.dataclass(frozen=True)
+class Import:
+    """Make a data set of OGBench's files, or of what `pigbench data export` wrote.
+
+    Run the same command again after it was cut off: finished shards are kept.
+    """
+
+    file: tyro.conf.Positional[Path]
+    """File of the training split, F.npz; F-val.npz is read too."""
+    environment: str
+    """Environment that the data is from; see `pigbench list envs`."""
+    out: Path
+    """Folder of the data set."""
+    physics: str = "exact"
+    """Physics profile in which policies trained on the data are evaluated."""
+    format: str = "ogbench"
+    """Format of the files."""
+
+    def run(self) -> None:
+        """Import what is missing."""
+        form = lookup("format", _FORMATS, self.format)
+        form.read(self.file, environment=self.environment, physics=self.physics, folder=self.out)
+        print(f"{self.out} is complete; see it with: pigbench data info {self.out}")

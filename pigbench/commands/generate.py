@@ -13,6 +13,7 @@ from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import POLICIES
 from pigbench.errors import UserError, lookup
+from pigbench.support.lock import only_writer
 from pigbench.training.provenance import package_versions
 
 
@@ -29,7 +30,7 @@ class Generate:
     out: Path
     """Folder of the data set."""
     policy: str = "play"
-    """Scripted policy: play follows noisy plans."""
+    """Scripted policy: play follows noisy plans, noisy reacts to the scene with noisy actions."""
     episodes: int = 1000
     """Episodes of the training split."""
     validation_episodes: int | None = None
@@ -66,9 +67,10 @@ class Generate:
             action_size=env.action_size,
             versions=package_versions(),
         )
-        writer = Writer(self.out, spec)
-        if writer.missing():
-            collect.write_missing(env, policy(env.scene), spec, writer)
+        with only_writer(self.out):
+            writer = Writer(self.out, spec)
+            if writer.missing():
+                collect.write_missing(env, policy(env.scene), spec, writer)
         print(f"{self.out} is complete; see it with: pigbench data info {self.out}")
 
     def _validation_episodes(self) -> int:

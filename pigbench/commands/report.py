@@ -2,16 +2,19 @@
 
 import dataclasses
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 
 from pigbench import agents, envs
-from pigbench.errors import UserError
+from pigbench.errors import UserError, lookup
 from pigbench.report import plots, stats, tables
+from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Result
 from pigbench.training.run import read_run
 
 Runs = tyro.conf.Positional[tuple[Path, ...]]
+FlatScoring = Annotated[Scoring, tyro.conf.arg(name="")]  # --checkpoint, not --scoring.checkpoint
 
 
 def _results(runs: tuple[Path, ...]) -> list[Result]:
@@ -26,33 +29,46 @@ def _order() -> tuple[str, ...]:
 
 @dataclasses.dataclass(frozen=True)
 class Table:
-    """Print success rates in percent: methods by environments, and task by task.
+    """Print success rates in percent, each table with a caption that says what it shows.
 
-    Mean and standard deviation are over seeds.
+    A run gives one number; means, standard deviations and intervals are over seeds.
     """
 
     runs: Runs
     """Folders of runs."""
+    show: tuple[str, ...] = ("methods", "tasks")
+    """Which tables: methods (by environments), tasks (by methods), aggregate (interquartile mean
+    over environments), improvement (how probably one method is better than another)."""
     format: str = "markdown"
     """markdown, latex or csv."""
+    scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
+    """How runs become numbers."""
 
     def run(self) -> None:
-        """Print both tables."""
+        """Print the tables."""
+        makers = [lookup("table", tables.TABLES, name) for name in self.show]
         results = _results(self.runs)
-        for make in (tables.method_table, tables.task_table):
-            print(tables.render(make(results, order=_order()), self.format))
+        made = [make(results, order=_order(), scoring=self.scoring) for make in makers]
+        print(tables.render_all(made, self.format))
 
 
 @dataclasses.dataclass(frozen=True)
 class Plot:
-    """Draw success over training steps, one panel an environment, with a band over seeds."""
+    """Draw success rates: over training, on each task, or over all environments."""
 
     runs: Runs
     """Folders of runs."""
     out: Path
     """File of the picture; its extension (png, pdf, svg) tells the format."""
+    kind: str = "curves"
+    """curves (over training steps), bars (by task), box (over environments), columns (curves by
+    what a hierarchy's low level sees) or profile (shares of runs above each success rate)."""
+    scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
+    """How runs become numbers, except in curves."""
 
     def run(self) -> None:
-        """Draw the curves."""
-        plots.plot_curves(_results(self.runs), self.out, order=_order())
+        """Draw the picture."""
+        plots.plot(
+            _results(self.runs), self.out, kind=self.kind, order=_order(), scoring=self.scoring
+        )
         print(f"{self.out} is drawn")

@@ -1,6 +1,7 @@
-"""`pigbench train`: train one method with one seed."""
+"""`pigbench train`: train one method, with one seed or several."""
 
 import argparse
+import contextlib
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,8 @@ from pigbench.agents import AgentConfig
 from pigbench.data import dataset
 from pigbench.data.dataset import Dataset
 from pigbench.data.sampler import Rows
+from pigbench.errors import UserError
+from pigbench.support.lock import only_writer
 from pigbench.training.evaluate import Evaluation
 from pigbench.training.provenance import provenance
 from pigbench.training.restore import agent_for
@@ -22,7 +25,7 @@ from pigbench.training.train import Schedule, train
 
 @dataclasses.dataclass(frozen=True)
 class Train:
-    """Train one method with one seed, evaluating it as it learns.
+    """Train one method, with one seed or several, evaluating it as it learns.
 
     Run the same command again after it was cut off: it goes on from the last checkpoint and ends
     with the same parameters.
@@ -38,8 +41,14 @@ class Train:
     """The method's hyper-parameters, by default those of the preset."""
     preset: str = "paper"
     """Preset of hyper-parameters: paper, or cpu for networks that two cores can train."""
+    variant: str = ""
+    """Name of these hyper-parameters, which tables and plots add to the method's."""
     seed: int = 0
     """Seed of initial parameters, batches and updates."""
+    seeds: tuple[int, ...] = ()
+    """Several seeds instead, each a run in a folder of its own within --out."""
+    vectorized: bool = False
+    """Train the seeds together, in one program, rather than one after another."""
     steps: int = Schedule.steps
     """Number of updates."""
     log_every: int = Schedule.log_every
@@ -70,41 +79,46 @@ class Train:
     def run(self) -> None:
         """Train to the end, or go on where an earlier run was cut off."""
         schedule = Schedule(self.steps, self.log_every, self.evaluate_every)
+        if len(set(self.seeds)) < len(self.seeds):
+            raise UserError(f"seeds names one twice: {', '.join(map(str, self.seeds))}")
         data = dataset.load(self.data)
         env = envs.make(data.spec.environment, engine=self.engine, profile=data.spec.physics)
         dataset.check_layout(data, env.layout)
         agent = agent_for(env, self.method, self.agent)
-        run = open_run(
-            self.out,
-            RunConfig(
-                method=self.method,
-                preset=self.preset,
-                agent=dataclasses.asdict(self.agent),
-                environment=data.spec.environment,
-                physics=data.spec.physics,
-                dataset_digest=data.digest,
-                steps=self.steps,
-                seed=self.seed,
-                evaluation=dataclasses.asdict(self.evaluation)
-                | {"every": self.evaluate_every, "engine": self.engine},
-            ),
-            provenance(dataset=self.data, dataset_digest=data.digest),
-        )
-        state = train(
-            run,
-            agent,
-            _rows(data),
-            env,
-            schedule=schedule,
-            evaluation=self.evaluation,
-            seed=self.seed,
-        )
-        jax.block_until_ready(state)
-        print(f"{self.out} is complete; see it with: pigbench table {self.out}")
+        rows = Rows.from_split(data.split("train"))
+        origin = provenance(dataset=self.data, dataset_digest=data.digest)
+        for group in self._groups():
+            with contextlib.ExitStack() as stack:
+                for folder in group:
+                    stack.enter_context(only_writer(folder))
+                runs = [
+                    open_run(folder, self.config(data, seed), origin)
+                    for folder, seed in group.items()
+                ]
+                states = train(
+                    runs, agent, rows, env, schedule=schedule, evaluation=self.evaluation
+                )
+                jax.block_until_ready(states)
+            for folder in group:
+                print(f"{folder} is complete; see it with: pigbench table {folder}")
 
+    def _groups(self) -> list[dict[Path, int]]:
+        """Folders and seeds of the runs, those together that are trained together."""
+        runs = {self.out / str(seed): seed for seed in self.seeds} or {self.out: self.seed}
+        return [runs] if self.vectorized else [{folder: seed} for folder, seed in runs.items()]
 
-def _rows(data: Dataset) -> Rows:
-    split = data.split("train")
-    return Rows.create(
-        *(split.concatenate(field) for field in ("observations", "actions", "terminals"))
-    )
+    def config(self, data: Dataset, seed: int) -> RunConfig:
+        """What identifies the run of a seed on a data set."""
+        return RunConfig(
+            method=self.method,
+            preset=self.preset,
+            agent=dataclasses.asdict(self.agent),
+            environment=data.spec.environment,
+            physics=data.spec.physics,
+            dataset_digest=data.digest,
+            steps=self.steps,
+            seed=seed,
+            evaluation=dataclasses.asdict(self.evaluation)
+            | {"every": self.evaluate_every, "engine": self.engine},
+            variant=self.variant,
+        )

@@ -12,6 +12,8 @@ from pigbench.data.manifest import Manifest, ShardRecord, Spec
 from pigbench.errors import UserError, lookup
 from pigbench.support import files
 
+_REPEAT = "run the same `pigbench generate` again (or `pigbench data import`)"
+
 
 @dataclasses.dataclass(frozen=True)
 class Split:
@@ -84,11 +86,11 @@ def load(folder: Path) -> Dataset:
     if missing:
         raise UserError(
             f"{folder} is unfinished: {len(missing)} of {len(content.spec.plan())} shards are "
-            "missing; run the same `pigbench generate` again to finish it"
+            f"missing; {_REPEAT} to finish it"
         )
     for record in content.shards:
         for path, problem in shard.file_problems(folder, record):
-            raise UserError(f"{path} {problem}; run the same `pigbench generate` again to mend it")
+            raise UserError(f"{path} {problem}; {_REPEAT} to mend it")
     return Dataset(folder, content)
 
 

@@ -10,6 +10,7 @@ from flax import struct
 from jax.typing import ArrayLike
 
 from pigbench.agents import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
+from pigbench.data.dataset import Split
 from pigbench.errors import UserError
 
 
@@ -37,6 +38,12 @@ class Rows:
             jnp.asarray(actions),
             jnp.asarray(np.flatnonzero(terminals), jnp.int32),
         )
+
+    @classmethod
+    def from_split(cls, split: Split) -> "Rows":
+        """All rows of a data set's split, on the device."""
+        fields = ("observations", "actions", "terminals")
+        return cls.create(*(split.concatenate(field) for field in fields))
 
 
 @struct.dataclass

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from pigbench.errors import UserError
+from pigbench.report.bootstrap import Interval
 from pigbench.support.compare import first_difference
 from pigbench.training import episodes
 from pigbench.training.episodes import Episode
@@ -23,11 +24,16 @@ Item = TypeVar("Item")
 
 
 class Estimate(NamedTuple):
-    """Mean and sample standard deviation (n - 1) over `seeds` runs; none for a single run."""
+    """A number from `seeds` runs (of each environment, the fewest).
 
-    mean: float
-    deviation: float | None
-    seeds: int
+    `deviation` is the sample standard deviation (n - 1) over seeds, `interval` the bootstrap's.
+    Either is None where it is not known: a single run has none.
+    """
+
+    value: float
+    deviation: float | None = None
+    interval: Interval | None = None
+    seeds: int = 1
 
 
 class Result(NamedTuple):
@@ -37,13 +43,18 @@ class Result(NamedTuple):
     episodes: Sequence[Episode]
 
     @property
+    def representation(self) -> str | None:
+        """What a hierarchical method's low level sees; None of a flat method."""
+        return self.run.config.agent.get("low_level_representation")
+
+    @property
     def last_step(self) -> int:
         """The training step of the last evaluation."""
         return max(episode.step for episode in self.episodes)
 
 
 class Cell(NamedTuple):
-    """What the seeds of one result share."""
+    """What the seeds of one result share. A variant of a method counts as a method of its own."""
 
     method: str
     environment: str
@@ -63,47 +74,52 @@ def read_results(runs: Iterable[Run]) -> list[Result]:
 
 
 def cells(results: Iterable[Result]) -> dict[Cell, list[Result]]:
-    """The results of each method and environment, one a seed.
+    """The results of each method and environment, one a seed: all in order, whatever theirs is.
 
     Raises UserError when results that would be set against each other are not comparable: in a cell
     only the seeds may differ, and must; in an environment the physics profile must be the same.
     """
-    results = list(results)
-    grouped = _group(results, lambda r: Cell(r.run.config.method, r.run.config.environment))
-    for group in grouped.values():
+    results = sorted(results, key=lambda result: (_cell(result), result.run.config.seed))
+    by_cell = grouped(results, _cell)
+    for group in by_cell.values():
         _require_alike(group, _all_but_seed)
-        for same in _group(group, lambda result: result.run.config.seed).values():
+        for same in grouped(group, lambda result: result.run.config.seed).values():
             if len(same) > 1:
                 raise UserError(f"{same[0].run.path} and {same[1].run.path} have the same seed")
-    for group in _group(results, lambda result: result.run.config.environment).values():
+    for group in grouped(results, lambda result: result.run.config.environment).values():
         _require_alike(group, lambda result: {"physics": result.run.config.physics})
-    return grouped
+    return by_cell
 
 
-def final_success(results: Sequence[Result]) -> Estimate:
-    """Success rate in percent at the last evaluation, over the results of a cell.
-
-    Raises UserError when that is not the same training step for all.
-    """
-    return estimate([success_rate(_final_episodes(result)) for result in _level(results)])
+def base(method: str) -> str:
+    """The method that a cell's method is, without its variant."""
+    return method.partition(" (")[0]
 
 
-def final_task_success(results: Sequence[Result]) -> dict[tuple[int, str], Estimate]:
-    """As `final_success`, for each task: keys are its number and name, in order."""
-    rates = defaultdict(list)
-    for result in _level(results):
-        by_task = _group(_final_episodes(result), lambda episode: (episode.task, episode.task_name))
-        for task, group in by_task.items():
-            rates[task].append(success_rate(group))
-    return {task: estimate(rates[task]) for task in sorted(rates)}
+def require_level(results: Sequence[Result]) -> None:
+    """Raises UserError unless all results were evaluated up to the same step, on the same tasks."""
+    _require_alike(
+        results,
+        lambda result: {
+            "last evaluated step": result.last_step,
+            "tasks": sorted({episode.task_name for episode in result.episodes}),
+        },
+    )
 
 
 def success_curve(results: Sequence[Result]) -> dict[int, Estimate]:
     """Success rate in percent at each training step at which all results of a cell have one."""
-    curves = [
-        {step: success_rate(group) for step, group in _group(result.episodes, _step).items()}
-        for result in results
-    ]
+    return estimate_curve([run_curve(result) for result in results])
+
+
+def run_curve(result: Result) -> dict[int, float]:
+    """Success rate in percent at each training step."""
+    by_step = grouped(result.episodes, lambda episode: episode.step)
+    return {step: success_rate(group) for step, group in by_step.items()}
+
+
+def estimate_curve(curves: Sequence[Mapping[int, float]]) -> dict[int, Estimate]:
+    """Mean and standard deviation of one curve a seed, at the steps that all of them have."""
     steps = sorted(set.intersection(*map(set, curves)))
     return {step: estimate([curve[step] for curve in curves]) for step in steps}
 
@@ -113,23 +129,22 @@ def success_rate(group: Collection[Episode]) -> float:
     return 100 * sum(episode.success for episode in group) / len(group)
 
 
-def estimate(values: Sequence[float]) -> Estimate:
+def estimate(values: Sequence[float] | np.ndarray) -> Estimate:
     """Mean and standard deviation of one value a seed."""
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
-    return Estimate(float(np.mean(values)), deviation, len(values))
+    return Estimate(float(np.mean(values)), deviation, seeds=len(values))
 
 
-def _step(episode: Episode) -> int:
-    return episode.step
+def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+    """The items of each key, in the order in which they come."""
+    groups: dict[Key, list[Item]] = defaultdict(list)
+    for item in items:
+        groups[key(item)].append(item)
+    return dict(groups)
 
 
-def _final_episodes(result: Result) -> list[Episode]:
-    return [episode for episode in result.episodes if episode.step == result.last_step]
-
-
-def _level(results: Sequence[Result]) -> Sequence[Result]:
-    _require_alike(results, lambda result: {"last evaluated step": result.last_step})
-    return results
+def _cell(result: Result) -> Cell:
+    return Cell(result.run.config.label, result.run.config.environment)
 
 
 def _all_but_seed(result: Result) -> Mapping[str, Any]:
@@ -145,10 +160,3 @@ def _require_alike(results: Iterable[Result], view: Callable[[Result], Mapping[s
                 f"{first.run.path} and {second.run.path} cannot be compared: "
                 f"{name} is {left!r} in one and {right!r} in the other"
             )
-
-
-def _group(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
-    groups: dict[Key, list[Item]] = defaultdict(list)
-    for item in items:
-        groups[key(item)].append(item)
-    return dict(groups)

@@ -1,50 +1,64 @@
-"""Tables of success rates, as Markdown, LaTeX or CSV."""
+"""Tables of success rates: by environment, by task, over all, and methods against each other."""
 
-import csv
-import dataclasses
-import io
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from pigbench.errors import lookup
-from pigbench.report import stats
-from pigbench.report.stats import Cell, Estimate, Result
+from pigbench.report import comparison, stats
+from pigbench.report.bootstrap import LEVEL
+from pigbench.report.formats import Label, Table, markdown_grid, render, render_all
+from pigbench.report.scoring import Scoring, Task, success, task_success
+from pigbench.report.stats import Estimate, Result
+
+__all__ = [
+    "TABLES",
+    "Table",
+    "aggregate_table",
+    "improvement_table",
+    "markdown_grid",
+    "method_table",
+    "ordered",
+    "render",
+    "render_all",
+    "task_table",
+]
+
+DEFAULT = Scoring()
 
 
-@dataclasses.dataclass(frozen=True)
-class Table:
-    """Estimates by row and column label; `corner` names both kinds of label."""
-
-    caption: str
-    corner: tuple[str, str]
-    rows: Sequence[str]
-    columns: Sequence[str]
-    estimates: Mapping[tuple[str, str], Estimate]
-
-
-def method_table(results: Iterable[Result], *, order: Sequence[str] = ()) -> Table:
+def method_table(
+    results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
+) -> Table:
     """Methods by environments; names in `order` first, others after them by alphabet."""
     cells = stats.cells(results)
+    estimates: dict[Label, Estimate] = {
+        cell: success(group, scoring) for cell, group in cells.items()
+    }
     return Table(
-        caption=_caption(cells),
+        caption=_caption(results, estimates, scoring, line="column"),
         corner=("method", "environment"),
         rows=ordered({cell.method for cell in cells}, order),
         columns=ordered({cell.environment for cell in cells}, order),
-        estimates={cell: stats.final_success(group) for cell, group in cells.items()},
+        estimates=estimates,
+        bold=_best(estimates, line=lambda label: label[1]),
     )
 
 
-def task_table(results: Iterable[Result], *, order: Sequence[str] = ()) -> Table:
+def task_table(
+    results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
+) -> Table:
     """Tasks of every environment by methods; names ordered as in `method_table`."""
     cells = stats.cells(results)
     by_task = {
         (cell.environment, task, cell.method): value
         for cell, group in cells.items()
-        for task, value in stats.final_task_success(group).items()
+        for task, value in task_success(group, scoring).items()
     }
     tasks = {(environment, task) for environment, task, _ in by_task}
+    estimates = {
+        (_task_label(environment, task), method): value
+        for (environment, task, method), value in by_task.items()
+    }
     return Table(
-        caption=_caption(cells),
+        caption=_caption(results, estimates, scoring, line="row"),
         corner=("task", "method"),
         rows=[
             _task_label(name, task)
@@ -53,114 +67,123 @@ def task_table(results: Iterable[Result], *, order: Sequence[str] = ()) -> Table
             if environment == name
         ],
         columns=ordered({cell.method for cell in cells}, order),
-        estimates={
-            (_task_label(environment, task), method): value
-            for (environment, task, method), value in by_task.items()
+        estimates=estimates,
+        bold=_best(estimates, line=lambda label: label[0]),
+    )
+
+
+def aggregate_table(
+    results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
+) -> Table:
+    """Interquartile mean and mean of each method over the environments that all methods have."""
+    pooled = comparison.pool(results, scoring)
+    estimates = comparison.aggregates(pooled, scoring)
+    return Table(
+        caption=(
+            f"Success rate in percent ({_how(results, scoring)}), interquartile mean and mean "
+            f"{_pooling(pooled, estimates, scoring)}. {_bold_means(estimates, line='column')}"
+        ),
+        corner=("method", "aggregate"),
+        rows=ordered(pooled.strata, order),
+        columns=list(comparison.AGGREGATES),
+        estimates=estimates,
+        bold=_best(estimates, line=lambda label: label[1]),
+    )
+
+
+def improvement_table(
+    results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
+) -> Table:
+    """The probability that a row's method is better than a column's.
+
+    Raises UserError when there is one method only.
+    """
+    pooled = comparison.pool(results, scoring)
+    estimates = comparison.improvements(pooled, scoring)
+    return Table(
+        caption=(
+            "Probability in percent that a run of the row's method succeeds more often than one of "
+            f"the column's ({_how(results, scoring)}), {_pooling(pooled, estimates, scoring)}. "
+            "Bold: the interval lies above 50"
+        ),
+        corner=("method", "other method"),
+        rows=ordered(pooled.strata, order),
+        columns=ordered(pooled.strata, order),
+        estimates=estimates,
+        bold={
+            label
+            for label, estimate in estimates.items()
+            if estimate.interval is not None and estimate.interval.low > 50
         },
     )
 
 
-def render(table: Table, style: str) -> str:
-    """The table as text. Raises UserError when `style` is not one of `STYLES`."""
-    return lookup("table format", STYLES, style)(table)
-
-
-def markdown_grid(lines: Sequence[Sequence[str]]) -> str:
-    """A Markdown table of `lines`, the header first: labels to the left, all else to the right."""
-    header, *body = lines
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
-    return "\n".join(
-        "| " + " | ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]) + " |"
-        for line in [header, rule, *body]
-    )
-
-
-def ordered(names: Iterable[str], order: Sequence[str]) -> list[str]:
-    """`names` without repetition: those in `order` first and as there, the others by alphabet."""
-    rank = {name: number for number, name in enumerate(order)}
-    return sorted(set(names), key=lambda name: (rank.get(name, len(rank)), name))
-
-
-def _caption(cells: Mapping[Cell, Sequence[Result]]) -> str:
-    profiles = sorted({result.run.config.physics for group in cells.values() for result in group})
-    return (
-        "Success rate in percent, mean ± standard deviation over seeds "
-        f"(physics: {', '.join(profiles)})"
-    )
-
-
-def _task_label(environment: str, task: tuple[int, str]) -> str:
-    return f"{environment} {task[1]}"
-
-
-def _markdown(table: Table) -> str:
-    header = [table.corner[0], *table.columns]
-    body = _body(table, plus_minus=" ± ", nothing="–")
-    return "\n".join([markdown_grid([header, *body]), "", table.caption, ""])
-
-
-def _latex(table: Table) -> str:
-    body = _body(table, plus_minus=r" $\pm$ ", nothing="--")
-    lines = [
-        [table.corner[0], *map(_escape, table.columns)],
-        *([_escape(label), *values] for label, *values in body),
-    ]
-    header, *rows = (" & ".join(line) + r" \\" for line in lines)
-    caption = _escape(table.caption).replace("±", r"$\pm$")
-    return "\n".join(
-        [
-            r"\documentclass{article}",
-            r"\usepackage{booktabs}",
-            r"\begin{document}",
-            r"\begin{table}",
-            r"\centering",
-            rf"\caption{{{caption}}}",
-            rf"\begin{{tabular}}{{l{'r' * len(table.columns)}}}",
-            r"\toprule",
-            header,
-            r"\midrule",
-            *rows,
-            r"\bottomrule",
-            r"\end{tabular}",
-            r"\end{table}",
-            r"\end{document}",
-            "",
-        ]
-    )
-
-
-def _csv(table: Table) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*table.corner, *Estimate._fields])
-    for row in table.rows:
-        for column in table.columns:
-            if (row, column) in table.estimates:
-                writer.writerow([row, column, *table.estimates[row, column]])
-    return text.getvalue()
-
-
-STYLES: Mapping[str, Callable[[Table], str]] = {
-    "markdown": _markdown,
-    "latex": _latex,
-    "csv": _csv,
+TABLES: Mapping[str, Callable[..., Table]] = {
+    "methods": method_table,
+    "tasks": task_table,
+    "aggregate": aggregate_table,
+    "improvement": improvement_table,
 }
 
 
-def _body(table: Table, *, plus_minus: str, nothing: str) -> list[list[str]]:
-    def text(value: Estimate | None) -> str:
-        if value is None:
-            return nothing
-        if value.deviation is None:
-            return f"{value.mean:.1f}"
-        return f"{value.mean:.1f}{plus_minus}{value.deviation:.1f}"
+def ordered(names: Iterable[str], order: Sequence[str]) -> list[str]:
+    """`names` without repetition: those in `order` first and as there, the others by alphabet.
 
-    return [
-        [row, *(text(table.estimates.get((row, column))) for column in table.columns)]
-        for row in table.rows
-    ]
+    A method's variants, called as in "method (variant)", stand where the method does.
+    """
+    rank = {name: number for number, name in enumerate(order)}
+    return sorted(set(names), key=lambda name: (rank.get(stats.base(name), len(rank)), name))
 
 
-def _escape(text: str) -> str:
-    return re.sub(r"([#$%&_{}])", r"\\\1", text)
+def _best(estimates: Mapping[Label, Estimate], line: Callable[[Label], str]) -> set[Label]:
+    """Of each line the highest and what lies in its interval; none of a line of one."""
+    lines = stats.grouped(estimates, line).values()
+    return {label for labels in lines if len(labels) > 1 for label in _highest(estimates, labels)}
+
+
+def _highest(estimates: Mapping[Label, Estimate], labels: Sequence[Label]) -> list[Label]:
+    best = max((estimates[label] for label in labels), key=lambda estimate: estimate.value)
+    least = best.interval.low if best.interval else best.value
+    return [label for label in labels if estimates[label].value >= least]
+
+
+def _caption(
+    results: Sequence[Result],
+    estimates: Mapping[Label, Estimate],
+    scoring: Scoring,
+    *,
+    line: str,
+) -> str:
+    return (
+        f"Success rate in percent ({_how(results, scoring)}), mean ± standard deviation over "
+        f"seeds. {_bold_means(estimates, line=line)}"
+    )
+
+
+def _how(results: Sequence[Result], scoring: Scoring) -> str:
+    profiles = sorted({result.run.config.physics for result in results})
+    return f"{scoring.wording}; physics: {', '.join(profiles)}"
+
+
+def _bold_means(estimates: Mapping[Label, Estimate], *, line: str) -> str:
+    if _have_intervals(estimates):
+        return f"Bold: the highest of a {line} and what lies in its {LEVEL} % bootstrap interval"
+    return f"Bold: the highest of a {line}; a single seed gives no interval"
+
+
+def _pooling(pooled: comparison.Pool, estimates: Mapping[Label, Estimate], scoring: Scoring) -> str:
+    over = {"environments": "over", "tasks": "over the tasks of"}[scoring.over]
+    intervals = (
+        f", with {LEVEL} % stratified bootstrap intervals over seeds"
+        if _have_intervals(estimates)
+        else ""
+    )
+    return f"{over} {', '.join(pooled.environments)}{intervals}"
+
+
+def _have_intervals(estimates: Mapping[Label, Estimate]) -> bool:
+    return any(estimate.interval for estimate in estimates.values())
+
+
+def _task_label(environment: str, task: Task) -> str:
+    return f"{environment} {task[1]}"

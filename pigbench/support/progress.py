@@ -74,14 +74,15 @@ class Progress:
         if rate > 0:
             left = (self._total - self._done) / rate
             parts.append(f"{rate:,.{0 if rate >= 10 else 1}f} {self._unit}/s")
-            parts.append(f"{_duration(left)} left" if left > 0 else f"took {_duration(seconds)}")
+            parts.append(f"{duration(left)} left" if left > 0 else f"took {duration(seconds)}")
         if self._note:
             parts.append(self._note)
         percent = 100 * self._done // self._total if self._total else 100
         return f"{self._task} {percent:3d} %  {', '.join(parts)}"
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Minutes and seconds, with hours where there are any."""
     minutes, seconds = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes}:{seconds:02d}"

@@ -1,5 +1,9 @@
-"""Training states on disk, by Orbax: written whole or not at all; the last one is kept."""
+"""Training states on disk, by Orbax: written whole or not at all; the last two are kept.
 
+Two, because runs that are trained together go on from a step that all of them have saved.
+"""
+
+from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
@@ -15,24 +19,31 @@ class Checkpoints:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        options = ocp.CheckpointManagerOptions(max_to_keep=1, enable_async_checkpointing=False)
+        options = ocp.CheckpointManagerOptions(max_to_keep=2, enable_async_checkpointing=False)
         with files.explaining_full_disk(folder):
             self._manager = ocp.CheckpointManager(folder.absolute(), options=options)
 
+    def steps(self) -> list[int]:
+        """The training steps of the states that are kept."""
+        return list(self._manager.all_steps())
+
     def save(self, state: TrainState) -> None:
-        """Keep `state`, complete on return."""
+        """Keep `state`, complete on return; a state of its step that is there already is the same.
+
+        Updates are deterministic, which makes it so.
+        """
+        step = int(state.step)
+        if step in self.steps():
+            return
         with files.explaining_full_disk(self.folder):
-            self._manager.save(int(state.step), args=ocp.args.StandardSave(state), force=True)
+            self._manager.save(step, args=ocp.args.StandardSave(state), force=True)
             self._manager.wait_until_finished()
 
-    def restore(self, like: TrainState) -> TrainState | None:
-        """The last state saved, of the structure of `like`; None where there is none.
+    def restore(self, like: TrainState, step: int) -> TrainState:
+        """The state of that step, of the structure of `like`.
 
         Raises UserError if it cannot be read, or is of another structure.
         """
-        step = self._manager.latest_step()
-        if step is None:
-            return None
         try:
             restored = self._manager.restore(step, args=ocp.args.StandardRestore(like))
         except Exception as error:  # Orbax raises many kinds for a torn or foreign checkpoint
@@ -52,3 +63,8 @@ class Checkpoints:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def common_step(several: Sequence[Checkpoints]) -> int | None:
+    """The last step that each of them keeps; None if there is none."""
+    return max(set.intersection(*(set(one.steps()) for one in several)), default=None)

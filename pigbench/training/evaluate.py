@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -41,21 +42,21 @@ Evaluator = Callable[[Params, Report], Outcome]
 
 
 class Rollout(NamedTuple):
-    """Episodes under way: `lengths` (episodes,) steps each, `time` () steps of the longest."""
+    """Episodes under way, task after task: `lengths` steps each, `time` () steps of the longest."""
 
     states: State
+    act_keys: jax.Array
     lengths: jax.Array
     time: jax.Array
 
 
-def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evaluator:
-    """A function from the agent's parameters to the outcome of its episodes.
+def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
+    """All episodes at their start.
 
     An episode's scene and the policy's draws follow from the evaluation's seed, the task and the
-    episode's number alone. The rollout stops when every episode has ended.
+    episode's number alone.
     """
-    shape = (env.num_tasks, evaluation.episodes)
-    tasks, episodes = jnp.indices(shape).reshape(2, -1)
+    tasks, episodes = jnp.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)
     tasks += 1
 
     def keys(task: jax.Array, episode: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -63,32 +64,39 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
         reset_key, act_key = jax.random.split(jax.random.fold_in(task_key, episode))
         return reset_key, act_key
 
-    @jax.jit
-    def begin() -> Rollout:
-        reset_keys, _ = jax.vmap(keys)(tasks, episodes)
-        states = jax.vmap(env.reset_task)(reset_keys, tasks)
-        return Rollout(states, jnp.zeros(len(tasks), jnp.int32), jnp.zeros((), jnp.int32))
+    reset_keys, act_keys = jax.vmap(keys)(tasks, episodes)
+    states = jax.vmap(env.reset_task)(reset_keys, tasks)
+    return Rollout(states, act_keys, jnp.zeros(len(tasks), jnp.int32), jnp.zeros((), jnp.int32))
+
+
+def step(env: CubeEnv, agent: Agent, params: Params, rollout: Rollout) -> Rollout:
+    """One control step of the episodes that are not done."""
+    states, act_keys, lengths, time = rollout
+    step_keys = jax.vmap(jax.random.fold_in, in_axes=(0, None))(act_keys, time)
+    actions = jax.vmap(lambda o, g, k: agent.act(params, o[None], g[None], k)[0])(
+        states.obs, states.info["goal"], step_keys
+    )
+    lengths = lengths + (states.done == 0)
+    return Rollout(jax.vmap(env.step)(states, actions), act_keys, lengths, time + 1)
+
+
+def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evaluator:
+    """A function from the agent's parameters to the outcome of its episodes.
+
+    The rollout stops when every episode has ended.
+    """
+    shape = (env.num_tasks, evaluation.episodes)
+    start = jax.jit(partial(begin, env, evaluation))
 
     @jax.jit
     def advance(params: Params, rollout: Rollout, stop: int) -> Rollout:
-        _, act_keys = jax.vmap(keys)(tasks, episodes)
-
         def going_on(rollout: Rollout) -> jax.Array:
             return jnp.any(rollout.states.done == 0) & (rollout.time < stop)
 
-        def step(rollout: Rollout) -> Rollout:
-            states, lengths, time = rollout
-            step_keys = jax.vmap(jax.random.fold_in, in_axes=(0, None))(act_keys, time)
-            actions = jax.vmap(lambda o, g, k: agent.act(params, o[None], g[None], k)[0])(
-                states.obs, states.info["goal"], step_keys
-            )
-            lengths = lengths + (states.done == 0)
-            return Rollout(jax.vmap(env.step)(states, actions), lengths, time + 1)
-
-        return jax.lax.while_loop(going_on, step, rollout)
+        return jax.lax.while_loop(going_on, partial(step, env, agent, params), rollout)
 
     def evaluate(params: Params, report: Report) -> Outcome:
-        rollout = begin()
+        rollout = start()
         for stop in range(_REPORT_EVERY, env.episode_length + _REPORT_EVERY, _REPORT_EVERY):
             rollout = advance(params, rollout, min(stop, env.episode_length))
             report(int(rollout.time))

@@ -9,7 +9,7 @@ from pigbench import agents, envs
 from pigbench.agents import Agent, AgentConfig, TrainState
 from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
-from pigbench.training.checkpoints import Checkpoints
+from pigbench.training.checkpoints import Checkpoints, common_step
 from pigbench.training.run import Run, agent_config, read_run
 
 
@@ -39,7 +39,8 @@ def restore(folder: Path, *, engine: str = envs.DEFAULT_ENGINE) -> Trained:
     env = envs.make(run.config.environment, engine=engine, profile=run.config.physics)
     agent = agent_for(env, run.config.method, agent_config(run))
     with Checkpoints(run.checkpoints_path) as checkpoints:
-        state = checkpoints.restore(agents.create(agent, jax.random.key(0)))
-    if state is None:
-        raise UserError(f"{folder} has no checkpoint yet; train it first")
+        step = common_step([checkpoints])
+        if step is None:
+            raise UserError(f"{folder} has no checkpoint yet; train it first")
+        state = checkpoints.restore(agents.create(agent, jax.random.key(0)), step)
     return Trained(run, env, agent, state)

@@ -36,6 +36,7 @@ class RunConfig:
         steps: how many updates the training makes.
         seed: the seed of the training.
         evaluation: the settings of the evaluation.
+        variant: what tells the run apart from others of its method, where something does.
     """
 
     method: str
@@ -47,6 +48,12 @@ class RunConfig:
     steps: int
     seed: int
     evaluation: Mapping[str, Any]
+    variant: str = ""
+
+    @property
+    def label(self) -> str:
+        """The method's name in tables and plots, with the variant if it has one."""
+        return f"{self.method} ({self.variant})" if self.variant else self.method
 
 
 @dataclasses.dataclass(frozen=True)

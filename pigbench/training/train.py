@@ -1,13 +1,13 @@
-"""Training one method with one seed: updates in a compiled loop, evaluated and saved as it goes.
+"""Training a method: updates in a compiled loop, evaluated and saved as it goes.
 
 Seed and step determine every batch and every draw, and evaluation has keys of its own, so a run
 that was killed and started again ends with the same parameters, to the bit, as one that was not.
 """
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -20,10 +20,12 @@ from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
 from pigbench.support.progress import Progress
 from pigbench.training import episodes
-from pigbench.training.checkpoints import Checkpoints
+from pigbench.training.checkpoints import Checkpoints, common_step
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.run import Run
+
+Tree = TypeVar("Tree")
 
 
 @dataclass(frozen=True)
@@ -46,77 +48,108 @@ class Schedule:
 
 
 def train(
-    run: Run,
+    runs: Sequence[Run],
     agent: Agent,
     rows: Rows,
     env: CubeEnv,
     *,
     schedule: Schedule,
     evaluation: Evaluation,
-    seed: int,
-) -> TrainState:
-    """Train to the schedule's end, from the run's last checkpoint if it has one."""
-    init_key, step_key = jax.random.split(jax.random.key(seed))
+) -> list[TrainState]:
+    """Train to the schedule's end, from the last checkpoint that all `runs` have, if there is one.
+
+    The runs differ in their seeds alone, and are trained together, in one program.
+    """
+    keys = [jax.random.split(jax.random.key(run.config.seed)) for run in runs]
     evaluator = make_evaluator(env, agent, evaluation)
-    updates = make_updates(agent, step_key)
+    updates = make_updates(agent, [step_key for _, step_key in keys])
     with contextlib.ExitStack() as stack:
-        checkpoints = stack.enter_context(Checkpoints(run.checkpoints_path))
-        fresh = agents.create(agent, init_key)
-        restored = checkpoints.restore(fresh)
-        state = fresh if restored is None else restored
-        step = int(state.step)
-        log = stack.enter_context(MetricsLog(run.path, step=step))
+        checkpoints = [stack.enter_context(Checkpoints(run.checkpoints_path)) for run in runs]
+        states = [agents.create(agent, init_key) for init_key, _ in keys]
+        step = common_step(checkpoints)
+        resumed = step is not None
+        if step is None:
+            step = 0
+        else:
+            states = [
+                one.restore(fresh, step) for one, fresh in zip(checkpoints, states, strict=True)
+            ]
+        logs = [stack.enter_context(MetricsLog(run.path, step=step)) for run in runs]
         progress = stack.enter_context(
-            Progress(run.config.method, total=schedule.steps, unit="updates", done=step)
+            Progress(runs[0].config.method, total=schedule.steps, unit="updates", done=step)
         )
 
-        def evaluate_and_save(state: TrainState) -> str:
-            outcome = evaluator(
-                state.params,
-                lambda time: progress.advance(0, f"evaluating, {time} of {env.episode_length}"),
-            )
-            rows = as_episodes(outcome, env, evaluation, step=int(state.step))
-            episodes.record(run.episodes_path, rows)
-            checkpoints.save(state)
-            return f"success {100 * outcome.success.mean():.0f} %"
+        def evaluate_and_save() -> str:
+            rates = []
+            for run, state, saved in zip(runs, states, checkpoints, strict=True):
+                outcome = evaluator(
+                    state.params,
+                    lambda time: progress.advance(0, f"evaluating, {time} of {env.episode_length}"),
+                )
+                episodes.record(run.episodes_path, as_episodes(outcome, env, evaluation, step=step))
+                saved.save(state)
+                rates.append(f"{100 * outcome.success.mean():.0f}")
+            return f"success {', '.join(rates)} %"
 
-        note = evaluate_and_save(state) if restored is None else "resumed"
+        note = "resumed" if resumed else evaluate_and_save()
         progress.advance(0, note)
         while step < schedule.steps:
             stop = schedule.next_stop(step)
-            state, metrics = updates(state, rows, stop - step)
-            log.write(stop, jax.device_get(metrics))
+            states, metrics = updates(states, rows, stop - step)
+            for log, one in zip(logs, metrics, strict=True):
+                log.write(stop, one)
             progress.advance(stop - step, note)
             step = stop
             if step % schedule.evaluate_every == 0 or step == schedule.steps:
-                note = evaluate_and_save(state)
-    return state
+                note = evaluate_and_save()
+    return states
 
 
 def make_updates(
-    agent: Agent, key: jax.Array
-) -> Callable[[TrainState, Rows, int], tuple[TrainState, Metrics]]:
-    """A function that does a number of updates, and returns the metrics' mean over them.
+    agent: Agent, keys: Sequence[jax.Array]
+) -> Callable[[Sequence[TrainState], Rows, int], tuple[list[TrainState], list[Metrics]]]:
+    """A function that does a number of updates of each state, and returns their metrics' means.
 
-    Update t draws its batch from `fold_in(key, t)` alone.
+    There is a state a key. Update t of a state draws its batch from `fold_in(key, t)` alone.
     """
 
-    def update(state: TrainState, rows: Rows) -> tuple[TrainState, Metrics]:
+    def update(state: TrainState, key: jax.Array, rows: Rows) -> tuple[TrainState, Metrics]:
         batch_key, update_key = jax.random.split(jax.random.fold_in(key, state.step))
         batch = sampler.sample(batch_key, rows, agent.sampling, agent.config.batch_size)
         return agents.update(agent, state, batch, update_key)
 
-    @partial(jax.jit, donate_argnums=0)
-    def updates(state: TrainState, rows: Rows, count: int) -> tuple[TrainState, Metrics]:
-        _, metrics = jax.eval_shape(update, state, rows)
+    def loop(
+        state: TrainState, key: jax.Array, rows: Rows, count: int
+    ) -> tuple[TrainState, Metrics]:
+        _, metrics = jax.eval_shape(update, state, key, rows)
         sums = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), metrics)
 
         def body(_: int, carry: tuple[TrainState, Metrics]) -> tuple[TrainState, Metrics]:
             state, sums = carry
-            state, metrics = update(state, rows)
+            state, metrics = update(state, key, rows)
             return state, jax.tree.map(jnp.add, sums, metrics)
 
         state, sums = jax.lax.fori_loop(0, count, body, (state, sums))
         return state, jax.tree.map(lambda x: x / count, sums)
 
+    alone = jax.jit(loop, donate_argnums=0)
+    together = jax.jit(jax.vmap(loop, in_axes=(0, 0, None, None)), donate_argnums=0)
+
+    def updates(
+        states: Sequence[TrainState], rows: Rows, count: int
+    ) -> tuple[list[TrainState], list[Metrics]]:
+        if len(keys) == 1:
+            state, metrics = alone(states[0], keys[0], rows, count)
+            return [state], [jax.device_get(metrics)]
+        state, metrics = together(_stack(states), jnp.stack(keys), rows, count)
+        return _unstack(state, len(keys)), _unstack(jax.device_get(metrics), len(keys))
+
     return updates
+
+
+def _stack(trees: Sequence[Tree]) -> Tree:
+    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *trees)
+
+
+def _unstack(tree: Tree, count: int) -> list[Tree]:
+    return [jax.tree.map(lambda leaf: leaf[number], tree) for number in range(count)]  # noqa: B023

@@ -10,32 +10,31 @@ from pigbench.training import run as runs
 
 def test_estimate_agrees_with_scipy():
     values = [12.0, 40.0, 35.5, 20.0]
-    mean, deviation, seeds = stats.estimate(values)
-    assert mean == pytest.approx(scipy.stats.tmean(values))
-    assert deviation == pytest.approx(scipy.stats.tstd(values))
-    assert seeds == 4
+    estimate = stats.estimate(values)
+    assert estimate.value == pytest.approx(scipy.stats.tmean(values))
+    assert estimate.deviation == pytest.approx(scipy.stats.tstd(values))
+    assert estimate.seeds == 4
 
 
 def test_one_seed_has_no_deviation():
-    assert stats.estimate([40.0]) == Estimate(40.0, None, 1)
+    assert stats.estimate([40.0]) == Estimate(40.0, None, None, 1)
 
 
-def test_the_seed_is_the_unit_and_the_last_step_counts(tmp_path, make_run):
-    # Final rates by hand: 3 of 4 and 1 of 4 episodes, so 75 % and 25 %: mean 50, deviation
-    # sqrt((25² + 25²) / 1) = 35.36.
+def test_the_seed_is_the_unit(tmp_path, make_run):
+    # At step 200, 3 of 4 and 1 of 4 episodes: 75 % and 25 %, mean 50 and deviation
+    # sqrt((25² + 25²) / 1) = 35.36. Step 150 is not everyone's.
     made = [
         make_run(tmp_path / "0", {100: [[0, 0], [0, 0]], 200: [[1, 1], [0, 1]]}, seed=0),
-        make_run(tmp_path / "1", {100: [[1, 1], [0, 0]], 200: [[0, 0], [0, 1]]}, seed=1),
+        make_run(
+            tmp_path / "1",
+            {100: [[1, 1], [0, 0]], 150: [[1, 1], [1, 1]], 200: [[0, 0], [0, 1]]},
+            seed=1,
+        ),
     ]
-    results = stats.read_results(made)
-    assert stats.final_success(results) == (50, pytest.approx(np.sqrt(1250)), 2)
-    assert stats.final_task_success(results) == {
-        (1, "task1"): (50, pytest.approx(np.sqrt(5000)), 2),
-        (2, "task2"): (50, 0, 2),
-    }
-    assert stats.success_curve(results) == {
-        100: (25, pytest.approx(np.sqrt(1250)), 2),
-        200: (50, pytest.approx(np.sqrt(1250)), 2),
+    deviation = pytest.approx(np.sqrt(1250))
+    assert stats.success_curve(stats.read_results(made)) == {
+        100: (25, deviation, None, 2),
+        200: (50, deviation, None, 2),
     }
 
 
@@ -73,15 +72,20 @@ def test_runs_that_cannot_be_compared_are_named(tmp_path, make_run, changes, mes
         stats.cells(stats.read_results(made))
 
 
-def test_an_unfinished_run_is_not_averaged_with_a_finished_one(tmp_path, make_run):
+def test_seeds_are_in_order_whatever_the_order_of_runs(tmp_path, make_run):
+    made = [make_run(tmp_path / str(seed), {1: [[1]]}, seed=seed) for seed in (2, 0, 1)]
+    (group,) = stats.cells(stats.read_results(made)).values()
+    assert [result.run.config.seed for result in group] == [0, 1, 2]
+
+
+def test_a_variant_is_a_method_of_its_own(tmp_path, make_run):
     made = [
-        make_run(tmp_path / "done", {100: [[1]], 200: [[1]]}, seed=0),
-        make_run(tmp_path / "half", {100: [[0]]}, seed=1),
+        make_run(tmp_path / "plain", {1: [[1]]}),
+        make_run(tmp_path / "sharp", {1: [[1]]}, variant="sharp", agent={"temperature": 20.0}),
     ]
-    results = stats.read_results(made)
-    with pytest.raises(UserError, match="last evaluated step is 200 in one and 100 in the other"):
-        stats.final_success(results)
-    assert stats.success_curve(results) == {100: (50, pytest.approx(np.sqrt(5000)), 2)}
+    names = [cell.method for cell in stats.cells(stats.read_results(made))]
+    assert names == ["gcivl", "gcivl (sharp)"]
+    assert [stats.base(name) for name in names] == ["gcivl", "gcivl"]
 
 
 def test_runs_without_an_evaluation_are_all_named(tmp_path, config, make_run):

@@ -1,87 +1,136 @@
-import csv
-import io
-import re
-import shutil
-import subprocess
-
 import pytest
 
-from pigbench.errors import UserError
 from pigbench.report import stats, tables
-from pigbench.report.tables import Table
+from pigbench.report.scoring import Scoring
+
+DOUBLE = {"environment": "cube-double"}
+ORDER = ("cube-single", "cube-double", "qrl", "gcivl")
 
 
 @pytest.fixture
 def results(tmp_path, make_run):
-    double = {"environment": "cube-double"}
     return stats.read_results(
         [
             make_run(tmp_path / "a", {1: [[1, 1], [0, 1]]}),
             make_run(tmp_path / "b", {1: [[0, 0], [0, 1]]}, seed=1),
-            make_run(tmp_path / "c", {1: [[1, 0], [1, 1]]}, **double),
-            make_run(tmp_path / "d", {1: [[1, 1], [1, 1]]}, method="qrl", **double),
+            make_run(tmp_path / "c", {1: [[1, 0], [1, 1]]}, **DOUBLE),
+            make_run(tmp_path / "d", {1: [[1, 1], [1, 1]]}, method="qrl", **DOUBLE),
         ]
     )
 
 
-ORDER = ("cube-single", "cube-double", "qrl", "gcivl")
+def seeds(make_run, folder, method, rates, **changes):
+    """Runs of one seed each, with a success rate in tenths."""
+    return [
+        make_run(
+            folder / f"{method}-{seed}",
+            {1: [[1] * rate + [0] * (10 - rate)]},
+            method=method,
+            seed=seed,
+            **changes,
+        )
+        for seed, rate in enumerate(rates)
+    ]
 
 
-def test_markdown_of_methods_by_environments(results):
+def test_methods_by_environments(results):
     table = tables.method_table(results, order=ORDER)
     assert tables.render(table, "markdown") == (
         "| method | cube-single | cube-double |\n"
         "| ------ | ----------: | ----------: |\n"
-        "| qrl    |           – |       100.0 |\n"
+        "| qrl    |           – |   **100.0** |\n"
         "| gcivl  | 50.0 ± 35.4 |        75.0 |\n"
         "\n"
-        "Success rate in percent, mean ± standard deviation over seeds (physics: exact)\n"
+        "Success rate in percent (last evaluation; physics: exact), mean ± standard deviation over "
+        "seeds. Bold: the highest of a column and what lies in its 95 % bootstrap interval\n"
     )
 
 
-def test_csv_of_tasks_by_methods(results):
-    text = tables.render(tables.task_table(results, order=ORDER), "csv")
-    assert list(csv.reader(io.StringIO(text))) == [
-        ["task", "method", "mean", "deviation", "seeds"],
-        ["cube-single task1", "gcivl", "50.0", "70.71067811865476", "2"],
-        ["cube-single task2", "gcivl", "50.0", "0.0", "2"],
-        ["cube-double task1", "qrl", "100.0", "", "1"],
-        ["cube-double task1", "gcivl", "50.0", "", "1"],
-        ["cube-double task2", "qrl", "100.0", "", "1"],
-        ["cube-double task2", "gcivl", "100.0", "", "1"],
+def test_tasks_by_methods(results):
+    table = tables.task_table(results, order=ORDER)
+    assert table.rows == [
+        f"{environment} {task}"
+        for environment in ("cube-single", "cube-double")
+        for task in ("task1", "task2")
     ]
+    assert table.columns == ["qrl", "gcivl"]
+    values = {label: estimate.value for label, estimate in table.estimates.items()}
+    assert values == {
+        ("cube-single task1", "gcivl"): 50,
+        ("cube-single task2", "gcivl"): 50,
+        ("cube-double task1", "gcivl"): 50,
+        ("cube-double task2", "gcivl"): 100,
+        ("cube-double task1", "qrl"): 100,
+        ("cube-double task2", "qrl"): 100,
+    }
+    # Both reach 100 % of the second task; on one environment there is one method only.
+    assert table.bold == {
+        ("cube-double task1", "qrl"),
+        ("cube-double task2", "qrl"),
+        ("cube-double task2", "gcivl"),
+    }
 
 
-def test_latex_is_a_whole_document(tmp_path, results):
-    text = tables.render(tables.method_table(results, order=ORDER), "latex")
-    opened = re.findall(r"\\begin\{(\w+)\}", text)
-    closed = re.findall(r"\\end\{(\w+)\}", text)
-    assert opened == closed[::-1] == ["document", "table", "tabular"]
-    assert text.count("{") == text.count("}")
-    rows = re.search(r"\\midrule\n(.*)\\bottomrule", text, re.DOTALL)
-    assert rows is not None
-    assert rows[1] == ("qrl & -- & 100.0 \\\\\ngcivl & 50.0 $\\pm$ 35.4 & 75.0 \\\\\n")
-    assert text.isascii()
-    if shutil.which("pdflatex"):
-        (tmp_path / "table.tex").write_text(text)
-        command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "table.tex"]
-        subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+def test_bold_is_what_lies_in_the_interval_of_the_highest(tmp_path, make_run):
+    # The highest has seeds at 50, 60 and 90 %: three equal draws of the lowest have 1/27, more than
+    # 2.5 %, so its interval begins at 50.
+    made = [
+        *seeds(make_run, tmp_path, "gcivl", (5, 6, 9)),
+        *seeds(make_run, tmp_path, "qrl", (5, 5, 5)),
+        *seeds(make_run, tmp_path, "crl", (5, 5, 4)),
+    ]
+    table = tables.method_table(stats.read_results(made))
+    assert table.bold == {("gcivl", "cube-single"), ("qrl", "cube-single")}
 
 
-def test_latex_escapes_names():
-    estimates = {("a_b", "50%"): stats.estimate([1.0])}
-    table = Table("R&D", ("method", "environment"), ["a_b"], ["50%"], estimates)
-    text = tables.render(table, "latex")
-    assert "a\\_b & 1.0" in text
-    assert "method & 50\\% \\\\" in text
-    assert "\\caption{R\\&D}" in text
+def test_one_seed_has_exact_ties_only(tmp_path, make_run):
+    made = [
+        run
+        for method, rate in {"gcivl": 6, "qrl": 6, "crl": 5}.items()
+        for run in seeds(make_run, tmp_path, method, (rate,))
+    ]
+    table = tables.method_table(stats.read_results(made))
+    assert table.bold == {("gcivl", "cube-single"), ("qrl", "cube-single")}
+    assert table.caption.endswith("Bold: the highest of a column; a single seed gives no interval")
 
 
-def test_unknown_names_come_after_the_known_by_alphabet():
-    assert tables.ordered(["z", "b", "a", "b"], ["b", "q"]) == ["b", "a", "z"]
+def test_aggregates(tmp_path, make_run):
+    made = [
+        *seeds(make_run, tmp_path, "gcivl", (1, 2, 3, 10)),
+        *seeds(make_run, tmp_path, "qrl", (7, 8, 8, 9)),
+    ]
+    table = tables.aggregate_table(stats.read_results(made), order=ORDER)
+    assert (table.rows, table.columns) == (["qrl", "gcivl"], ["IQM", "mean"])
+    # Without the lowest and the highest quarter: the mean of 2 and 3, and of 8 and 8, tenths.
+    assert table.estimates["gcivl", "IQM"].value == 25
+    assert table.estimates["qrl", "IQM"].value == 80
+    assert table.estimates["gcivl", "mean"].value == 40
+    assert table.bold == {("qrl", "IQM"), ("qrl", "mean")}
+    assert table.caption == (
+        "Success rate in percent (last evaluation; physics: exact), interquartile mean and mean "
+        "over cube-single, with 95 % stratified bootstrap intervals over seeds. Bold: the highest "
+        "of a column and what lies in its 95 % bootstrap interval"
+    )
 
 
-def test_an_unknown_format_offers_the_nearest(results):
-    table = tables.method_table(results)
-    with pytest.raises(UserError, match="unknown table format 'latx': did you mean 'latex'"):
-        tables.render(table, "latx")
+def test_improvements(tmp_path, make_run):
+    made = [
+        *seeds(make_run, tmp_path, "gcivl", (1, 2, 3)),
+        *seeds(make_run, tmp_path, "qrl", (3, 8, 9)),
+    ]
+    scoring = Scoring(over="tasks")
+    table = tables.improvement_table(stats.read_results(made), order=ORDER, scoring=scoring)
+    # Of nine pairs qrl wins eight and ties one.
+    assert table.estimates["qrl", "gcivl"].value == pytest.approx(100 * 8.5 / 9)
+    assert table.bold == {("qrl", "gcivl")}
+    assert "over the tasks of cube-single, with" in table.caption
+
+
+def test_the_caption_names_the_checkpoint(results):
+    caption = tables.method_table(results, scoring=Scoring("best")).caption
+    assert "(best checkpoint of the mean over seeds; physics: exact)" in caption
+
+
+def test_names_are_in_order_and_variants_where_their_method_is():
+    names = ["z", "b (2)", "a", "b", "q", "b"]
+    assert tables.ordered(names, ["b", "q"]) == ["b", "b (2)", "q", "a", "z"]

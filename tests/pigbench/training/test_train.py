@@ -1,5 +1,6 @@
 """Training that is killed and started again ends where an uninterrupted one does."""
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -7,16 +8,31 @@ import time
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+import optax
 import pytest
 
 from pigbench import agents, cli
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
-from pigbench.training.restore import restore
+from pigbench.training.restore import Trained, restore
 from pigbench.training.train import Schedule, make_updates
 
 STEPS = 600
+SMALL = [
+    *("--preset", "cpu", "--steps", "20", "--evaluate-every", "10", "--log-every", "5"),
+    *("--agent.value-hidden-sizes", "32", "--agent.actor-hidden-sizes", "32"),
+    *("--agent.batch-size", "32", "--evaluation.episodes", "1"),
+]
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("train") / "data"
+    generate = ["generate", "cube-single", "--out", str(folder), "--episodes", "2"]
+    cli.run([*generate, "--episode-length", "51", "--validation-episodes", "0"])
+    return folder
 
 
 def parameters(folder: Path) -> list[np.ndarray]:
@@ -25,10 +41,7 @@ def parameters(folder: Path) -> list[np.ndarray]:
     return [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
 
 
-def test_a_killed_run_ends_with_the_same_parameters_to_the_bit(tmp_path):
-    data = tmp_path / "data"
-    generate = ["generate", "cube-single", "--out", str(data), "--episodes", "2"]
-    cli.run([*generate, "--episode-length", "51", "--validation-episodes", "0"])
+def test_a_killed_run_ends_with_the_same_parameters_to_the_bit(data, tmp_path):
     options = [
         *("train", "hjb-gcivl", "--data", str(data), "--preset", "cpu", "--steps", str(STEPS)),
         *("--evaluate-every", "300", "--log-every", "10", "--evaluation.episodes", "1"),
@@ -60,16 +73,56 @@ def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
     )
     config = agents.get("gcivl").preset("cpu")
     agent = agents.build("gcivl", config, observation_size=4, action_size=2, layout={})
-    updates = make_updates(agent, jax.random.key(3))
+    updates = make_updates(agent, [jax.random.key(3)])
 
     def after(*counts: int) -> list[np.ndarray]:
-        state = agents.create(agent, jax.random.key(0))
+        states = [agents.create(agent, jax.random.key(0))]
         for count in counts:
-            state, _ = updates(state, rows, count)
-        return [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
+            states, _ = updates(states, rows, count)
+        return [np.asarray(leaf) for leaf in jax.tree.leaves(states)]
 
     for one, other in zip(after(7), after(3, 4), strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("method", ["hjb-gcivl", "hiql"])
+def test_seeds_trained_together_are_those_trained_alone(method, data, tmp_path):
+    """To rounding: a batched product adds up in another order, and Adam magnifies it."""
+
+    def train(out: Path, *seeds: str) -> None:
+        cli.run(["train", method, "--data", str(data), "--out", str(out), *seeds, *SMALL])
+
+    def distance(one: Trained, other: Trained) -> float:
+        differences = jax.tree.map(jnp.subtract, one.state.params, other.state.params)
+        return float(optax.tree.norm(differences))
+
+    train(tmp_path / "together", "--seeds", "5", "7", "--vectorized")
+    train(tmp_path / "alone", "--seed", "7")
+    five, seven = (restore(tmp_path / "together" / seed) for seed in ("5", "7"))
+    alone = restore(tmp_path / "alone")
+    assert seven.run.config == alone.run.config
+    fresh = agents.create(alone.agent, jax.random.split(jax.random.key(7))[0])
+    training = distance(alone, alone._replace(state=fresh))
+    assert distance(seven, alone) < 0.02 * training
+    assert distance(five, alone) > training
+
+
+def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(data, tmp_path):
+    train = ["train", "gcivl", "--data", str(data), "--out", str(tmp_path / "run"), *SMALL]
+    seeds = ["--seeds", "0", "1", "--vectorized"]
+    cli.run([*train, *seeds])
+    whole = {seed: (tmp_path / f"run/{seed}/metrics.jsonl").read_text() for seed in (0, 1)}
+    shutil.rmtree(tmp_path / "run/1/checkpoints/20")
+    cli.run([*train, *seeds])
+    for seed, metrics in whole.items():
+        assert (tmp_path / f"run/{seed}/metrics.jsonl").read_text() == metrics
+        assert int(restore(tmp_path / f"run/{seed}").state.step) == 20
+
+
+def test_a_seed_named_twice_is_refused(data, tmp_path):
+    train = ["train", "gcivl", "--data", str(data), "--out", str(tmp_path / "run")]
+    with pytest.raises(UserError, match="seeds names one twice: 1, 1"):
+        cli.run([*train, "--seeds", "1", "1"])
 
 
 def test_the_schedule_stops_where_there_is_something_to_do():

@@ -1,0 +1,90 @@
+"""The `noisy` policy: OGBench's Markov oracle, its actions disturbed; each time another target."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+
+from pigbench.envs import workspace
+from pigbench.envs.control import ACTION_SIZE
+from pigbench.envs.observation import cube_poses, gripper_contact
+from pigbench.envs.oracles import markov, targets
+from pigbench.envs.oracles.policy import Policy
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.rotations import quat_yaw
+
+MAX_NOISE = 0.1  # an episode's noise is drawn uniformly from 0 to this
+NOISE_SCALE = (1.0, 1.0, 1.0, 3.0, 10.0)  # its standard deviation on x, y, z, yaw and gripper
+
+
+@struct.dataclass
+class NoisyState:
+    """What the policy remembers between control steps of one episode."""
+
+    stacking: jax.Array  # () probability, fixed for the episode
+    noise: jax.Array  # () fixed for the episode
+    target: targets.Target
+    final: markov.Pose
+    time: jax.Array  # () control steps since the target was drawn
+    done: jax.Array  # () bool, whether cube and arm are where they should be
+
+
+class NoisyPolicy(Policy[NoisyState]):
+    """Target after target."""
+
+    def reset(self, key: jax.Array, physics_state: PhysicsState) -> NoisyState:
+        """Begin an episode."""
+        stacking_key, noise_key, key = jax.random.split(key, 3)
+        stacking = targets.draw_stacking(stacking_key, self.scene.num_cubes)
+        noise = jax.random.uniform(noise_key, maxval=MAX_NOISE)
+        first = jnp.asarray(targets.FIRST_STACKING)
+        return self._begin(key, physics_state, stacking, noise, next_stacking=first)
+
+    def act(self, key: jax.Array, state: NoisyState, physics_state: PhysicsState) -> jax.Array:
+        """The oracle's action (5,) with noise, in [-1, 1]."""
+        intended = markov.action(self._look(physics_state, state.target), state.target, state.final)
+        noise = state.noise * jnp.array(NOISE_SCALE) * jax.random.normal(key, (ACTION_SIZE,))
+        return jnp.clip(intended + noise, -1.0, 1.0)
+
+    def advance(self, key: jax.Array, state: NoisyState, physics_state: PhysicsState) -> NoisyState:
+        """After the action: go on, or draw the next target when this one was done with."""
+        fresh = self._begin(key, physics_state, state.stacking, state.noise, state.stacking)
+        going_on = replace(
+            state,
+            time=state.time + 1,
+            done=markov.done(self._look(physics_state, state.target), state.target, state.final),
+        )
+        ended = self.ended(state)
+        return jax.tree.map(lambda new, old: jnp.where(ended, new, old), fresh, going_on)
+
+    def ended(self, state: NoisyState) -> jax.Array:
+        """Whether the present action is the sub-task's last, () bool."""
+        return state.done | (state.time >= markov.MAX_STEPS - 1)
+
+    def _begin(
+        self,
+        key: jax.Array,
+        physics_state: PhysicsState,
+        stacking: jax.Array,
+        noise: jax.Array,
+        next_stacking: jax.Array,
+    ) -> NoisyState:
+        target_key, pos_key, yaw_key = jax.random.split(key, 3)
+        target = targets.draw(target_key, cube_poses(self.scene, physics_state)[0], next_stacking)
+        final = markov.Pose(
+            pos=workspace.PINCH_START.sample(pos_key),
+            yaw=jax.random.uniform(yaw_key, minval=-jnp.pi, maxval=jnp.pi),
+        )
+        done = markov.done(self._look(physics_state, target), target, final)
+        return NoisyState(stacking, noise, target, final, jnp.zeros((), jnp.int32), done)
+
+    def _look(self, physics_state: PhysicsState, target: targets.Target) -> markov.Situation:
+        positions, quats = cube_poses(self.scene, physics_state)
+        return markov.Situation(
+            effector_pos=physics_state.pinch_pos,
+            effector_yaw=physics_state.pinch_yaw,
+            contact=gripper_contact(physics_state),
+            cube_pos=positions[target.cube],
+            cube_yaw=quat_yaw(quats[target.cube]),
+        )

@@ -1,0 +1,99 @@
+"""Drawing states of a simulation as pictures, on machines without a screen too."""
+
+# mujoco's compiled modules carry no types.
+# pyright: reportAttributeAccessIssue=false
+
+import ctypes.util
+import importlib
+import os
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from pigbench.envs import appearance
+from pigbench.errors import UserError
+
+# How OpenGL is reached without a screen, in order of preference: name in MUJOCO_GL -> library.
+LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
+
+
+class Renderer:
+    """Draws scenes of `num_cubes` cubes, `width` by `height` pixels. A context manager.
+
+    Raises UserError where nothing can be drawn.
+    """
+
+    def __init__(self, num_cubes: int, *, width: int = 640, height: int = 480) -> None:
+        model = appearance.build(num_cubes, width=width, height=height)
+        self._data = mujoco.MjData(model)
+        self._canvas = Canvas(model, width=width, height=height)
+
+    def __enter__(self) -> "Renderer":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._canvas.close()
+
+    def draw(self, qpos: np.ndarray, goal: np.ndarray | None = None) -> np.ndarray:
+        """A picture (height, width, 3) in uint8 of the state qpos (nq,).
+
+        `goal` (num_cubes, 3), metres, is where translucent cubes show the goal.
+        """
+        self._data.qpos[:] = qpos
+        self._data.mocap_pos[:] = appearance.NOWHERE if goal is None else goal
+        mujoco.mj_forward(self._canvas.model, self._data)
+        return self._canvas.draw(self._data)
+
+
+class Canvas:
+    """Draws a MuJoCo model as its free camera sees it. Raises UserError where that cannot be."""
+
+    def __init__(self, model: mujoco.MjModel, *, width: int, height: int) -> None:
+        self.model = model
+        self._camera, self._option = mujoco.MjvCamera(), mujoco.MjvOption()
+        mujoco.mjv_defaultFreeCamera(model, self._camera)
+        self._scene = mujoco.MjvScene(model, maxgeom=1000)
+        self._frame = mujoco.MjrRect(0, 0, width, height)
+        self._opengl = _opengl(width, height)
+        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+
+    def draw(self, data: mujoco.MjData) -> np.ndarray:
+        """A picture (height, width, 3) in uint8 of a state that `mj_forward` has been called on."""
+        everything = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(
+            self.model, data, self._option, None, self._camera, everything, self._scene
+        )
+        picture = np.empty((self._frame.height, self._frame.width, 3), np.uint8)
+        self._opengl.make_current()
+        mujoco.mjr_render(self._frame, self._scene, self._context)
+        mujoco.mjr_readPixels(picture, None, self._frame, self._context)
+        return picture[::-1]  # OpenGL begins at the bottom
+
+    def close(self) -> None:
+        """Give back what OpenGL holds."""
+        self._opengl.make_current()
+        self._context.free()
+        self._opengl.free()
+
+
+def _opengl(width: int, height: int) -> Any:
+    """A current OpenGL context of MuJoCo's, by MUJOCO_GL or the first library there is."""
+    installed = (name for name, library in LIBRARIES.items() if ctypes.util.find_library(library))
+    name = os.environ.get("MUJOCO_GL") or next(installed, None)
+    if name is None:
+        raise UserError(
+            "nothing can be drawn here: install EGL (on Debian: apt-get install libegl1 "
+            "libgl1-mesa-dri) or OSMesa (libosmesa6)"
+        )
+    try:
+        context = importlib.import_module(f"mujoco.{name}").GLContext(width, height)
+        context.make_current()
+    # What goes wrong depends on the driver, and so does the kind of error.
+    except Exception as error:
+        raise UserError(
+            f"nothing can be drawn here with OpenGL by {name} ({error}); set MUJOCO_GL to another "
+            f"of {', '.join(LIBRARIES)}"
+        ) from error
+    return context

@@ -1,0 +1,5 @@
+"""`python -m pigbench`: the command line."""
+
+from pigbench.cli import main
+
+main()

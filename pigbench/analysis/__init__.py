@@ -1,0 +1,1 @@
+"""What trained value functions look like in free motion, in touch, and with a cube in hand."""

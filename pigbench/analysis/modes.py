@@ -1,0 +1,36 @@
+"""Contact modes, told from observations alone."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pigbench.envs.observation import POSITION_SCALE
+
+FREE, TOUCHING, HOLDING = "free", "touching", "holding"
+MODES = FREE, TOUCHING, HOLDING
+
+HOLDING_DISTANCE = 0.02
+"""Metres from the pinch point to the centre of a cube that is held: half of the cube's edge."""
+
+
+def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.ndarray:
+    """The mode of each observation, (N, o) to (N,) strings of `MODES`.
+
+    The pad feels no force (free), or it does with a cube around the pinch point (holding) or
+    without (touching).
+    """
+    contact = observations[:, layout["gripper_contact"]][:, 0] > 0
+    pinch = observations[:, layout["effector_pos"]]
+    cubes = [observations[:, part] for term, part in layout.items() if _is_position(term)]
+    nearest = np.min([np.linalg.norm(cube - pinch, axis=-1) for cube in cubes], axis=0)
+    held = nearest < HOLDING_DISTANCE * POSITION_SCALE
+    return np.where(contact, np.where(held, HOLDING, TOUCHING), FREE)
+
+
+def is_object(term: str) -> bool:
+    """Does a term of the observation tell of a cube, and not of the robot?"""
+    return term.startswith("cube_")
+
+
+def _is_position(term: str) -> bool:
+    return is_object(term) and term.endswith("_pos")

@@ -1,0 +1,83 @@
+"""Residuals and gradients of a value function over transitions of a data set."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench.agents import Agent, Params, Regularizer
+from pigbench.agents.regularizers import eikonal_residual, hjb_residual, safe_norm
+from pigbench.analysis.modes import MODES, contact_modes, is_object
+from pigbench.data import sampler
+from pigbench.data.sampler import Rows
+
+_BATCH = 1000
+_CONSTANTS = Regularizer()
+
+
+class Residuals(NamedTuple):
+    """Numbers of N transitions, each (N,).
+
+    eikonal and hjb are the residuals of Eqs. Eik_reg and ca_hjb, gradient is the gradient's norm
+    in the state, and robot and object are the shares of its square along their coordinates (NaN
+    where the gradient is zero).
+    """
+
+    eikonal: np.ndarray
+    hjb: np.ndarray
+    gradient: np.ndarray
+    robot: np.ndarray
+    object: np.ndarray
+
+
+def measure(
+    agent: Agent, params: Params, rows: Rows, *, samples: int, seed: int
+) -> tuple[np.ndarray, Residuals]:
+    """The contact modes (N,) and residuals of `samples` transitions with the agent's value goals.
+
+    Raises UserError if the agent learns no state value.
+    """
+    batches = -(-samples // _BATCH)
+    measured = [
+        _measure_batch(agent, params, rows, jax.random.fold_in(jax.random.key(seed), number))
+        for number in range(batches)
+    ]
+    states, residuals = jax.tree.map(lambda *parts: np.concatenate(parts)[:samples], *measured)
+    return contact_modes(states, agent.layout), residuals
+
+
+@partial(jax.jit, static_argnums=0)
+def _measure_batch(
+    agent: Agent, params: Params, rows: Rows, key: jax.Array
+) -> tuple[jax.Array, Residuals]:
+    batch = sampler.sample(key, rows, agent.sampling, _BATCH)
+
+    def value(states: jax.Array) -> jax.Array:
+        return agent.state_values(params, states, batch.value_goals)
+
+    states, next_states = batch.observations, batch.next_observations
+    _, eikonal = eikonal_residual(value, states, speed=_CONSTANTS.speed)
+    _, hjb = hjb_residual(value, states, next_states, epsilon=_CONSTANTS.epsilon)
+    gradients = jax.grad(lambda states: value(states).sum())(states)
+    squares = gradients**2 / jnp.sum(gradients**2, axis=-1, keepdims=True)
+    shares = {
+        kind: jnp.stack(
+            [
+                squares[:, part].sum(axis=-1)
+                for term, part in agent.layout.items()
+                if is_object(term) == kind
+            ]
+        ).sum(axis=0)
+        for kind in (False, True)
+    }
+    residuals = Residuals(eikonal, hjb, safe_norm(gradients), shares[False], shares[True])
+    return states, residuals
+
+
+def by_mode(modes: np.ndarray, values: np.ndarray) -> Mapping[str, np.ndarray]:
+    """`values` of each mode that occurs, without those that are not finite."""
+    finite = np.isfinite(values)
+    return {mode: values[finite & (modes == mode)] for mode in MODES if (modes == mode).any()}

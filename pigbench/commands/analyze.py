@@ -1,0 +1,86 @@
+"""`pigbench analyze`: residuals of a trained value function by contact mode."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import tyro
+
+from pigbench.analysis import figure
+from pigbench.analysis.modes import MODES
+from pigbench.analysis.residuals import Residuals, by_mode, measure
+from pigbench.data import dataset
+from pigbench.data.sampler import Rows
+from pigbench.errors import UserError
+from pigbench.report.tables import markdown_grid
+from pigbench.support import files
+from pigbench.training.restore import restore
+
+HEADER = (
+    "mode",
+    "share (%)",
+    "Eikonal residual",
+    "HJB residual",
+    "gradient norm",
+    "along robot (%)",
+    "along object (%)",
+)
+CAPTION = (
+    "Medians over transitions of the data, except the share of each mode. The gradient is that of "
+    "the value in the state; along robot and object are the shares of its square."
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Analyze:
+    """Measure a run's value function over a data set, apart for each contact mode.
+
+    The robot's finger pad feels no force (free), or it does with a cube between the fingers
+    (holding) or without (touching). Hierarchies are measured at their low level.
+    """
+
+    run_folder: tyro.conf.Positional[Path]
+    """Folder of the run."""
+    data: Path
+    """Folder of the data set."""
+    out: Path | None = None
+    """Folder for the table and the figure; by default `analysis` in the run's."""
+    samples: int = 20_000
+    """Transitions to measure."""
+    seed: int = 0
+    """Seed of the transitions and of their goals."""
+
+    def run(self) -> None:
+        """Measure, print the table, and draw the figure."""
+        if self.samples < 1:
+            raise UserError(f"samples is {self.samples}: it must be at least 1")
+        run, env, agent, state = restore(self.run_folder)
+        data = dataset.load(self.data)
+        dataset.check_layout(data, env.layout)
+        rows = Rows.from_split(data.split("train"))
+        modes, residuals = measure(agent, state.params, rows, samples=self.samples, seed=self.seed)
+        table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{CAPTION}\n"
+        print(table)
+        out = self.out or self.run_folder / "analysis"
+        out.mkdir(parents=True, exist_ok=True)
+        files.write_text(out / "residuals.md", table)
+        title = f"{run.config.label} on {run.config.environment}, step {int(state.step):,}"
+        figure.draw(modes, residuals, out / "residuals.png", title=title)
+        print(f"table and figure lie in {out}")
+
+
+def _lines(modes: np.ndarray, residuals: Residuals) -> list[tuple[str, ...]]:
+    scales = Residuals(eikonal=1, hjb=1, gradient=1, robot=100, object=100)
+    medians = [
+        {mode: scale * np.median(values) for mode, values in by_mode(modes, column).items()}
+        for column, scale in zip(residuals, scales, strict=True)
+    ]
+    return [
+        (
+            mode,
+            f"{100 * np.mean(modes == mode):.1f}",
+            *(f"{column[mode]:.3g}" for column in medians),
+        )
+        for mode in MODES
+        if mode in medians[0]
+    ]

@@ -1,0 +1,162 @@
+"""`pigbench render` and `pigbench data render`: pictures and films, without a screen too."""
+
+import dataclasses
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import numpy as np
+import tyro
+
+from pigbench import envs
+from pigbench.data import dataset
+from pigbench.envs.rendering import Renderer
+from pigbench.envs.scene import CONTROL_STEP
+from pigbench.errors import UserError, lookup, unknown_name
+from pigbench.support import pictures
+from pigbench.support.progress import Progress
+from pigbench.training.evaluate import Evaluation
+from pigbench.training.recording import record
+from pigbench.training.restore import restore
+
+
+class Shot(NamedTuple):
+    """Simulation states (rows, nq), and the goal (num_cubes, 3) to be shown, if any."""
+
+    qpos: np.ndarray
+    goal: np.ndarray | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Size:
+    """Size of pictures, in pixels."""
+
+    width: int = 640
+    height: int = 480
+
+    def __post_init__(self) -> None:
+        for name, value in dataclasses.asdict(self).items():
+            if value < 2 or value % 2:
+                raise UserError(f"{name} is {value}: it must be an even number, at least 2")
+
+
+@dataclasses.dataclass(frozen=True)
+class Render:
+    """Draw a task's scene as a picture, or the evaluation episodes of a run as a film.
+
+    Translucent cubes show the goal.
+    """
+
+    source: tyro.conf.Positional[str]
+    """Environment, for a picture, or folder of a run, for a film."""
+    out: Path
+    """File of the picture (.png) or the film (.mp4)."""
+    task: int | None = None
+    """Task, from 1; by default the first for a picture, and all for a film."""
+    episodes: int = 1
+    """Episodes of each task in a film."""
+    seed: int = Evaluation.seed
+    """Seed of the scene, or of the evaluation."""
+    engine: str = envs.DEFAULT_ENGINE
+    """Physics engine."""
+    size: Size = dataclasses.field(default_factory=Size)
+    """Size of the picture."""
+
+    def run(self) -> None:
+        """Draw and write the file."""
+        if self.source in envs.SPECS:
+            self._scene()
+        elif Path(self.source).is_dir():
+            self._run()
+        else:
+            raise unknown_name("environment or run", self.source, envs.names())
+        print(f"{self.out} is drawn")
+
+    def _scene(self) -> None:
+        pictures.check_path(self.out, ".png")
+        env = envs.make(self.source, engine=self.engine)
+        task = _task(env, 1 if self.task is None else self.task)
+        state = jax.jit(env.reset_task)(jax.random.key(self.seed), task)
+        with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
+            picture = renderer.draw(
+                np.asarray(state.pipeline_state.qpos),  # pyright: ignore
+                np.asarray(state.info["target"]),
+            )
+        pictures.write_png(self.out, picture)
+
+    def _run(self) -> None:
+        pictures.check_path(self.out, ".mp4")
+        evaluation = Evaluation(self.episodes, self.seed)
+        _, env, agent, state = restore(Path(self.source), engine=self.engine)
+        tasks = range(1, env.num_tasks + 1) if self.task is None else [_task(env, self.task)]
+        with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
+            recordings = record(env, agent, state.params, evaluation, progress.reach)
+        shown = [recording for recording in recordings if recording.task in tasks]
+        shots = [Shot(recording.qpos, recording.target) for recording in shown]
+        _film(self.out, env.spec.num_cubes, shots, self.size)
+        for recording in shown:
+            outcome = "success" if recording.success else "failure"
+            name = env.spec.tasks[recording.task - 1].name
+            print(f"{name:28} {outcome} after {len(recording.qpos) - 1} steps")
+
+
+@dataclasses.dataclass(frozen=True)
+class RenderData:
+    """Draw an episode of a data set as a film."""
+
+    folder: tyro.conf.Positional[Path]
+    """Folder of the data set."""
+    out: Path
+    """File of the film (.mp4)."""
+    episode: int = 0
+    """Episode of the split, from 0."""
+    split: str = "train"
+    """Split: train or val."""
+    size: Size = dataclasses.field(default_factory=Size)
+    """Size of the picture."""
+
+    def run(self) -> None:
+        """Draw and write the file."""
+        pictures.check_path(self.out, ".mp4")
+        split = dataset.load(self.folder).split(self.split)
+        spec = lookup("environment", envs.SPECS, split.spec.environment)
+        _film(self.out, spec.num_cubes, [Shot(self._states(split), goal=None)], self.size)
+        print(f"{self.out} is drawn")
+
+    def _states(self, split: dataset.Split) -> np.ndarray:
+        length = split.spec.rows_per_episode
+        episodes = split.rows // length
+        if not 0 <= self.episode < episodes:
+            raise UserError(
+                f"episode is {self.episode}: {self.folder} has {self.split} episodes 0 to "
+                f"{episodes - 1}"
+            )
+        shards = [array.reshape(-1, length, array.shape[-1]) for array in split.shards("qpos")]
+        firsts = np.cumsum([0, *(len(shard) for shard in shards)])
+        at = int(np.searchsorted(firsts, self.episode, side="right")) - 1
+        return shards[at][self.episode - firsts[at]]
+
+
+def _task(env: envs.CubeEnv, task: int) -> int:
+    if not 1 <= task <= env.num_tasks:
+        raise UserError(f"task is {task}: {env.spec.name} has tasks 1 to {env.num_tasks}")
+    return task
+
+
+def _film(path: Path, num_cubes: int, shots: Iterable[Shot], size: Size) -> None:
+    """At the simulation's own pace."""
+    shots = list(shots)
+    total = sum(len(shot.qpos) for shot in shots)
+    with (
+        Renderer(num_cubes, **dataclasses.asdict(size)) as renderer,
+        Progress("render", total=total, unit="pictures") as progress,
+    ):
+
+        def frames():
+            for shot in shots:
+                for qpos in shot.qpos:
+                    yield renderer.draw(qpos, shot.goal)
+                    progress.advance(1)
+
+        pictures.write_mp4(path, frames(), rate=round(1 / CONTROL_STEP))

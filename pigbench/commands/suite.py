@@ -1,0 +1,227 @@
+"""`pigbench suite`: many trainings as one job."""
+
+import dataclasses
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import tyro
+
+from pigbench import cli, envs, plugins
+from pigbench.agents import AgentConfig
+from pigbench.errors import UserError, lookup
+from pigbench.report import plots, stats, tables
+from pigbench.report.tables import markdown_grid
+from pigbench.suite import estimate, jobs, runner, spec
+from pigbench.suite.spec import Suite
+from pigbench.suite.status import (
+    DONE,
+    Status,
+    is_complete,
+    last_lines,
+    log_path,
+    status,
+)
+from pigbench.support import files
+from pigbench.support.compare import require_same
+from pigbench.support.lock import only_writer
+from pigbench.support.progress import Progress, duration
+
+KEPT = "suite.json"
+_LAST_LINES = 3
+
+
+@dataclasses.dataclass(frozen=True)
+class RunSuite:
+    """Generate, train, evaluate, tabulate and plot all that a suite file asks for.
+
+    Run the same command again after it was cut off: what is finished is skipped, what was cut off
+    goes on. A cell that fails does not stop the others.
+    """
+
+    file: tyro.conf.Positional[Path]
+    """A TOML file, or the name of a suite that comes with pigbench."""
+    out: Path
+    """Folder of the suite's data, runs, logs, tables and figures."""
+    jobs: int = os.cpu_count() or 1
+    """Trainings at once; when more than one, each gets one thread of the processor."""
+    dry_run: bool = False
+    """Only print the cells, and how long they will take from rates measured now."""
+
+    def run(self) -> None:
+        """Do what is not done yet."""
+        if self.jobs < 1:
+            raise UserError(f"jobs is {self.jobs}: it must be at least 1")
+        suite = spec.read(self.file)
+        configs = _check(suite, self.out)
+        if (self.out / KEPT).exists():
+            _require_compatible(self.out, suite)
+        if self.dry_run:
+            _print_plan(suite, self.out, estimate.estimate(suite, configs, self.out), self.jobs)
+            return
+        with only_writer(self.out):
+            spec.write(self.out / KEPT, suite)
+            failed = _generate(suite, self.out)
+            failed += _train(suite, self.out, self.jobs, without={name for name, _ in failed})
+            _report(suite, self.out)
+        _print_status(suite, self.out)
+        if failed:
+            _explain(failed, self.out)
+            sys.exit(1)
+
+
+@dataclasses.dataclass(frozen=True)
+class SuiteStatus:
+    """Tell how far a running, cut off or finished suite is."""
+
+    out: tyro.conf.Positional[Path]
+    """Folder of the suite."""
+
+    def run(self) -> None:
+        """Print a line a cell."""
+        _print_status(spec.read_kept(self.out / KEPT), self.out)
+
+
+def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
+    """The hyper-parameters of each method and variant; UserError for what no command would take."""
+    for environment in suite.environments:
+        lookup("environment", envs.SPECS, environment.name)
+        cli.parse(jobs.generation(suite, environment, out).arguments)
+    return {
+        (cell.method, cell.variant): cli.parse(jobs.training(suite, cell, out).arguments).agent
+        for cell in suite.cells()
+    }
+
+
+def _require_compatible(out: Path, suite: Suite) -> None:
+    """A suite may grow along its axes; what its cells have in common stays."""
+    kept = spec.read_kept(out / KEPT)
+    stored, wanted = (_settings(kept), _settings(suite))
+    common = {key for key in stored if key in wanted}
+    require_same(
+        str(out),
+        {key: stored[key] for key in sorted(common)},
+        {key: wanted[key] for key in sorted(common)},
+    )
+
+
+def _settings(suite: Suite) -> dict[str, object]:
+    settings: dict[str, object] = {
+        "preset": suite.preset,
+        "data": dataclasses.asdict(suite.data),
+        "evaluation": dataclasses.asdict(suite.evaluation),
+        "agent": suite.agent,
+    }
+    for environment in suite.environments:
+        sizes = {"transitions": environment.transitions, "steps": environment.steps}
+        settings[environment.name] = sizes | {"data": str(environment.data)}
+    return settings | {f"variants.{name}": fields for name, fields in suite.variants.items()}
+
+
+def _generate(suite: Suite, out: Path) -> list[tuple[str, int]]:
+    """Make the data sets that are missing, one after another: each takes all cores."""
+    todo = [
+        jobs.generation(suite, environment, out)
+        for environment in suite.environments
+        if not is_complete(jobs.data_folder(environment, out))
+    ]
+    with Progress("data sets", total=len(todo), unit="data sets") as progress:
+
+        def tell(running: Sequence[str]) -> None:
+            progress.advance(0, _last_said(out, running))
+
+        ended = runner.run(
+            todo, workers=1, log=lambda name: log_path(out, name), options=_plugins(), report=tell
+        )
+        progress.reach(len(todo))
+    return [(name, code) for name, code in ended.items() if code]
+
+
+def _train(suite: Suite, out: Path, workers: int, *, without: set[str]) -> list[tuple[str, int]]:
+    """Train and evaluate the cells that are not done and have their data."""
+    todo = [
+        jobs.training(suite, cell, out)
+        for cell, state, *_ in status(suite, out)
+        if state != DONE and f"data/{cell.environment.name}" not in without
+    ]
+    total = sum(cell.environment.steps for cell in suite.cells())
+    with Progress("suite", total=total, unit="updates", done=_done(status(suite, out))) as progress:
+
+        def tell(running: Sequence[str]) -> None:
+            now = status(suite, out)
+            finished = sum(one.state == DONE for one in now)
+            note = f"{finished} of {len(now)} cells, {_last_said(out, running)}"
+            progress.reach(_done(now), note)
+
+        ended = runner.run(
+            todo,
+            workers=workers,
+            log=lambda name: log_path(out, name),
+            options=_plugins(),
+            report=tell,
+        )
+    return [(name, code) for name, code in ended.items() if code]
+
+
+def _done(cells: Iterable[Status]) -> int:
+    return sum(one.steps for one in cells)
+
+
+def _last_said(out: Path, running: Sequence[str]) -> str:
+    lines = (last_lines(log_path(out, name), 1) for name in running)
+    said = (line[0].split(",")[0] if line else "starting" for line in lines)
+    return "; ".join(f"{name}: {text}" for name, text in zip(running, said, strict=True))
+
+
+def _plugins() -> list[str]:
+    return [text for file in plugins.loaded_files() for text in ("--plugin", file)]
+
+
+def _print_status(suite: Suite, out: Path) -> None:
+    lines = [
+        (
+            cell.name,
+            state,
+            f"{steps:,} of {cell.environment.steps:,}",
+            "" if success is None else f"{success:.1f}",
+        )
+        for cell, state, steps, success in status(suite, out)
+    ]
+    print(markdown_grid([("cell", "state", "updates", "success (%)"), *lines]))
+
+
+def _print_plan(suite: Suite, out: Path, times: estimate.Estimate, workers: int) -> None:
+    lines = [
+        (cell.name, state, duration(times.cells[cell]) if cell in times.cells else "")
+        for cell, state, *_ in status(suite, out)
+    ]
+    print(markdown_grid([("cell", "state", "time"), *lines]))
+    data, cells = sum(times.data.values()), sum(times.cells.values())
+    print(
+        f"\nabout {duration(data)} for data and {duration(cells)} for trainings one after another; "
+        f"{workers} at once shorten that by at most {workers} times"
+    )
+
+
+def _explain(failed: Iterable[tuple[str, int]], out: Path) -> None:
+    for name, code in failed:
+        log = log_path(out, name)
+        print(f"\n{name} failed with exit status {code}; the end of {log}:", file=sys.stderr)
+        for line in last_lines(log, _LAST_LINES + 1)[:-1]:
+            print(f"  {line}", file=sys.stderr)
+
+
+def _report(suite: Suite, out: Path) -> None:
+    """Tables and figures of the cells that have been evaluated."""
+    runs = [out / one.cell.name for one in status(suite, out) if one.success is not None]
+    if not runs:
+        return
+    results = stats.read_results(read_run(run) for run in runs)
+    made = [make(results, order=_order()) for make in (tables.method_table, tables.task_table)]
+    for style, extension in (("markdown", "md"), ("latex", "tex"), ("csv", "csv")):
+        text = "\n".join(tables.render(table, style) for table in made)
+        files.write_text(out / f"tables.{extension}", text)
+    plots.plot_curves(results, out / "curves.png", order=_order())
+    plots.plot_curves(results, out / "curves.pdf", order=_order())
+    print(f"tables and figures lie in {out}")

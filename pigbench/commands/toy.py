@@ -1,0 +1,63 @@
+"""`pigbench toy`: what regularisers do to a cost-to-go that is known in closed form."""
+
+import dataclasses
+from pathlib import Path
+
+from pigbench.errors import UserError, lookup
+from pigbench.report import canvas
+from pigbench.support import files
+from pigbench.support.progress import Progress
+from pigbench.toy import EXAMPLES, errors, figures
+from pigbench.toy.fit import LOSSES, Settings
+from pigbench.toy.study import study
+from pigbench.training.provenance import surroundings
+
+
+@dataclasses.dataclass(frozen=True)
+class Toy:
+    """Fit a known cost-to-go by plain regression and with the HJB and the Eikonal residual.
+
+    Writes figure and extended (png and pdf), errors (md and csv) and toy.json.
+    """
+
+    out: Path
+    """Folder of the results."""
+    example: str = "hybrid"
+    """hybrid (an object that moves only when held) or anisotropy (speed depends on direction)."""
+    seeds: int = 5
+    """How many seeds; means and standard deviations are over them."""
+    seed: int = 0
+    """The first of them."""
+    settings: Settings = dataclasses.field(default_factory=Settings)
+    """Fits."""
+
+    def __post_init__(self) -> None:
+        lookup("example", EXAMPLES, self.example)
+        if self.seeds < 1:
+            raise UserError(f"seeds is {self.seeds}: it must be at least 1")
+
+    def run(self) -> None:
+        """Fit, print the table and write the files."""
+        example = EXAMPLES[self.example]
+        self.out.mkdir(parents=True, exist_ok=True)
+        total = self.settings.steps * len(LOSSES) * len(example.fits)
+        with Progress(f"toy {self.example}", total=total, unit="updates") as progress:
+            outcomes = study(
+                example,
+                seeds=range(self.seed, self.seed + self.seeds),
+                settings=self.settings,
+                report=progress.advance,
+            )
+        found = errors.estimates(outcomes, self.settings)
+        table = errors.markdown(found)
+        print(table)
+        files.write_text(self.out / "errors.md", table + "\n")
+        files.write_text(self.out / "errors.csv", errors.comma_separated(found))
+        with canvas.look():
+            for name, draw in (("figure", figures.overview), ("extended", figures.extended)):
+                picture = draw(example, outcomes, self.settings)
+                for extension in ("png", "pdf"):
+                    canvas.save(picture, self.out / f"{name}.{extension}")
+        settings = {k: v for k, v in dataclasses.asdict(self).items() if k != "out"}
+        files.write_json(self.out / "toy.json", {"settings": settings} | surroundings())
+        print(f"table, figures and settings lie in {self.out}")

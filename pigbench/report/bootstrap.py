@@ -1,0 +1,50 @@
+"""Intervals by the stratified bootstrap: the runs of each environment are drawn anew.
+
+Agarwal et al. 2021, "Deep Reinforcement Learning at the Edge of the Statistical Precipice",
+section 4. A run is drawn with all its numbers, so that what it reached on one task and on another
+stay together.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+Strata = Sequence[np.ndarray]  # an environment each: (..., runs, numbers a run)
+Statistic = Callable[[Strata], np.ndarray]  # keeps the leading axes of the strata
+
+LEVEL = 95  # percent
+RESAMPLES = 2000
+
+
+class Interval(NamedTuple):
+    """Where a number lies, with `LEVEL` percent confidence."""
+
+    low: float
+    high: float
+
+
+def interval(strata: Strata, statistic: Statistic, *, seed: int) -> Interval | None:
+    """The percentile interval of a statistic that is one number; None as of `band`."""
+    bounds = band(strata, statistic, seed=seed)
+    return None if bounds is None else Interval(*map(float, bounds))
+
+
+def band(strata: Strata, statistic: Statistic, *, seed: int) -> np.ndarray | None:
+    """The percentile interval of each number of `statistic(strata)`, (2, ...): low and high.
+
+    None when a stratum has a single run, which says nothing about how runs differ. The same seed
+    draws the same.
+    """
+    if any(stratum.shape[-2] < 2 for stratum in strata):
+        return None
+    generator = np.random.default_rng(seed)
+    drawn = [_redraw(stratum, generator) for stratum in strata]
+    tail = (100 - LEVEL) / 2
+    return np.percentile(statistic(drawn), [tail, 100 - tail], axis=0)
+
+
+def _redraw(stratum: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """(runs, numbers) to (resamples, runs, numbers)."""
+    runs = len(stratum)
+    return stratum[generator.integers(runs, size=(RESAMPLES, runs))]

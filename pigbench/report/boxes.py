@@ -1,0 +1,111 @@
+"""The paper's box plot: a box a method over its environments, a dot each, their mean in white."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from pigbench.report import canvas, stats
+from pigbench.report.representations import representation
+from pigbench.report.scoring import Scoring, success
+from pigbench.report.stats import Result, base
+from pigbench.report.styles import BLACK, GREY, style
+from pigbench.report.tables import ordered
+
+_HEIGHT = 3.6  # inches
+_BOX = 0.3
+_GAP = 0.5  # between methods, in boxes
+_MARGIN = 3
+_DOT = {"marker": "o", "linestyle": "none", "markeredgecolor": BLACK, "zorder": 3}
+_ENVIRONMENT = {**_DOT, "markersize": 3, "color": BLACK}
+_MEAN = {**_DOT, "markersize": 6, "color": "white", "zorder": 4}
+
+
+def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
+    """Boxes of means over seeds; a method's variants stand side by side.
+
+    A box is white where a low level sees the full state.
+    """
+    cells = stats.cells(results)
+    methods = ordered({cell.method for cell in cells}, order)
+    seen = {cell.method: group[0].representation for cell, group in cells.items()}
+    places = _places(methods)
+    handles = _handles(name for name in seen.values() if name is not None)
+    width = _BOX * (max(places.values()) + _MARGIN)
+    figure, grid = canvas.grid(1, 1, panel=(width, _HEIGHT), legend=list(handles))
+    panel = grid[0, 0]
+    for method in methods:
+        group = [results for cell, results in cells.items() if cell.method == method]
+        values = [success(results, scoring).value for results in group]
+        _add_box(panel, places[method], values, style(method).color, _is_filled(seen[method]))
+    panel.set_ylim(0, 100)
+    panel.set_title(scoring.wording)
+    panel.set_ylabel("success (%)")
+    panel.grid(visible=False, axis="x")
+    ticks = _ticks(places, seen)
+    panel.set_xticks(
+        list(ticks.values()), list(ticks), rotation=40, ha="right", rotation_mode="anchor"
+    )
+    canvas.add_legend(figure, handles)
+    return figure
+
+
+def _places(methods: Sequence[str]) -> dict[str, float]:
+    """Where each method's box stands, with a gap where the variants of one end."""
+    places: dict[str, float] = {}
+    place = 0.0
+    for index, method in enumerate(methods):
+        if index > 0:
+            place += 1 if base(method) == base(methods[index - 1]) else 1 + _GAP
+        places[method] = place
+    return places
+
+
+def _ticks(places: Mapping[str, float], seen: Mapping[str, str | None]) -> dict[str, float]:
+    """Where to write which name: one for all variants that what they see tells apart."""
+    ticks = {}
+    for name, variants in stats.grouped(places, base).items():
+        if len({seen[variant] for variant in variants}) == len(variants):
+            ticks[name] = sum(places[variant] for variant in variants) / len(variants)
+        else:
+            ticks |= {variant: places[variant] for variant in variants}
+    return ticks
+
+
+def _add_box(panel: Axes, place: float, values: Sequence[float], color: str, filled: bool) -> None:
+    panel.boxplot(
+        [values],
+        positions=[place],
+        widths=0.7,
+        patch_artist=True,
+        manage_ticks=False,
+        showfliers=False,
+        boxprops={"edgecolor": color, "facecolor": to_rgba(color, 0.35) if filled else "white"},
+        medianprops={"color": color, "linewidth": 1.6},
+        whiskerprops={"color": color},
+        capprops={"color": color},
+    )
+    panel.plot([place] * len(values), values, clip_on=False, **_ENVIRONMENT)
+    panel.plot([place], [sum(values) / len(values)], clip_on=False, **_MEAN)
+
+
+def _handles(representations: Iterable[str]) -> dict[str, Artist]:
+    boxes = {
+        f"low level: {representation(name).title}": Patch(
+            edgecolor=GREY, facecolor=to_rgba(GREY, 0.35) if _is_filled(name) else "white"
+        )
+        for name in sorted(set(representations))
+    }
+    return {
+        "an environment": Line2D([], [], **_ENVIRONMENT),
+        "mean over environments": Line2D([], [], **_MEAN),
+        **boxes,
+    }
+
+
+def _is_filled(name: str | None) -> bool:
+    return name is None or representation(name).filled

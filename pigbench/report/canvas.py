@@ -1,0 +1,104 @@
+"""What all pictures share: their look, a grid of panels, the legend and the file."""
+
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter, MaxNLocator
+
+from pigbench.errors import lookup
+from pigbench.support import files
+
+_LOOK = {
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "grid.alpha": 0.3,
+    "hatch.linewidth": 0.7,
+    "font.size": 9,
+    "figure.dpi": 200,
+    "legend.frameon": False,
+    "legend.handlelength": 2.8,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 3,
+    "pdf.fonttype": 42,  # text that stays text
+    "svg.hashsalt": "pigbench",  # names that follow from the content
+}
+# No dates in the file: same runs, same bytes.
+_METADATA = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
+# Inches.
+_LEAST_WIDTH = 4.8
+_LEGEND_LINE = 0.18
+_LEGEND_MARGIN = 0.15
+_LEGEND_HANDLE = 0.62
+_CHARACTER = 0.063
+
+
+@contextlib.contextmanager
+def look() -> Iterator[None]:
+    """Within it figures look the same, whatever the user's own settings of Matplotlib are."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_LOOK)
+        yield
+
+
+def file_format(path: Path) -> str:
+    """The format that the extension of `path` names. Raises UserError if there is none such."""
+    extension = path.suffix.removeprefix(".").lower()
+    lookup("picture format", FigureCanvasAgg.get_supported_filetypes(), extension)
+    return extension
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Writes the figure, in the format that the extension tells. Same figure, same bytes."""
+    extension = file_format(path)
+    with files.replacing_file(path) as file:
+        figure.savefig(file, format=extension, metadata=_METADATA.get(extension))
+
+
+def grid(
+    rows: int,
+    columns: int,
+    *,
+    panel: tuple[float, float],
+    legend: Sequence[str],
+    share_y: bool = True,
+) -> tuple[Figure, np.ndarray]:
+    """A figure and its (rows, columns) panels of a size in inches, with room for a legend."""
+    width = max(panel[0] * columns, _LEAST_WIDTH)
+    lines = -(-len(legend) // _legend_columns(width, legend))
+    figure = Figure(
+        figsize=(width, panel[1] * rows + _LEGEND_LINE * lines + _LEGEND_MARGIN),
+        layout="constrained",
+    )
+    return figure, figure.subplots(rows, columns, sharey=share_y, squeeze=False)
+
+
+def add_legend(figure: Figure, handles: Mapping[str, Artist]) -> None:
+    """Puts names and what they look like below the panels."""
+    figure.legend(
+        list(handles.values()),
+        list(handles),
+        loc="outside lower center",
+        ncols=_legend_columns(figure.get_figwidth(), list(handles)),
+    )
+
+
+def step_axis(panel: Axes) -> None:
+    """A horizontal axis of training steps."""
+    panel.set_xlabel("training steps")
+    panel.xaxis.set_major_formatter(EngFormatter(sep=""))
+    panel.xaxis.set_major_locator(MaxNLocator(5))
+
+
+def _legend_columns(width: float, names: Sequence[str]) -> int:
+    longest = max(map(len, names), default=0)
+    return max(1, min(len(names), int(width / (_LEGEND_HANDLE + _CHARACTER * longest))))

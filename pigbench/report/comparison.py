@@ -1,0 +1,108 @@
+"""Methods against each other over all environments that every one of them has."""
+
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pigbench.errors import UserError
+from pigbench.report import bootstrap, measures, stats
+from pigbench.report.bootstrap import Strata
+from pigbench.report.scoring import Scoring, stratum
+from pigbench.report.stats import Estimate, Result
+
+AGGREGATES: Mapping[str, Callable[[Strata], np.ndarray]] = {
+    "IQM": measures.interquartile_mean,
+    "mean": measures.mean,
+}
+
+
+class Pool(NamedTuple):
+    """The success rates in percent of each method, a stratum an environment."""
+
+    environments: Sequence[str]
+    strata: Mapping[str, Strata]
+
+
+class Profile(NamedTuple):
+    """The percentage of runs above each threshold, and its interval (2, thresholds)."""
+
+    share: np.ndarray
+    band: np.ndarray | None
+
+
+def pool(results: Iterable[Result], scoring: Scoring) -> Pool:
+    """All results, of environments that no method lacks. Raises UserError when there is none."""
+    cells = stats.cells(results)
+    methods = sorted({cell.method for cell in cells})
+    environments = sorted(
+        environment
+        for environment in {cell.environment for cell in cells}
+        if all((method, environment) in cells for method in methods)
+    )
+    if not environments:
+        raise UserError(f"no environment has runs of all methods: {', '.join(methods)}")
+    return Pool(
+        environments,
+        {
+            method: [
+                stratum(cells[stats.Cell(method, environment)], scoring)
+                for environment in environments
+            ]
+            for method in methods
+        },
+    )
+
+
+def aggregates(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estimate]:
+    """Each of `AGGREGATES` for each method, by method and name, in percent."""
+    return {
+        (method, name): _estimate(strata, measure, scoring)
+        for method, strata in pooled.strata.items()
+        for name, measure in AGGREGATES.items()
+    }
+
+
+def improvements(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estimate]:
+    """How probably the first method of a pair is better than the second, in percent.
+
+    Raises UserError when there is one method only.
+    """
+    if len(pooled.strata) < 2:
+        raise UserError("improvement compares methods: give runs of two at least")
+
+    def measure(both: Strata) -> np.ndarray:
+        half = len(pooled.environments)
+        return 100 * measures.probability_of_improvement(both[:half], both[half:])
+
+    return {
+        (first, second): _estimate(
+            [*pooled.strata[first], *pooled.strata[second]], measure, scoring
+        )
+        for first, second in itertools.permutations(pooled.strata, 2)
+    }
+
+
+def profiles(pooled: Pool, thresholds: np.ndarray, scoring: Scoring) -> dict[str, Profile]:
+    """The performance profile of each method over `thresholds`, in percent."""
+
+    def measure(strata: Strata) -> np.ndarray:
+        return 100 * measures.profile(strata, thresholds)
+
+    return {
+        method: Profile(
+            measure(strata), bootstrap.band(strata, measure, seed=scoring.bootstrap_seed)
+        )
+        for method, strata in pooled.strata.items()
+    }
+
+
+def _estimate(
+    strata: Strata, measure: Callable[[Strata], np.ndarray], scoring: Scoring
+) -> Estimate:
+    return Estimate(
+        float(measure(strata)),
+        interval=bootstrap.interval(strata, measure, seed=scoring.bootstrap_seed),
+        seeds=min(map(len, strata)),
+    )

@@ -1,0 +1,51 @@
+"""Performance profiles: how many runs succeed more often than a threshold, for every threshold."""
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from pigbench.report import canvas, comparison
+from pigbench.report.scoring import Scoring
+from pigbench.report.stats import Result
+from pigbench.report.styles import style
+from pigbench.report.tables import ordered
+
+_PANEL = 5.8, 3.2
+_TITLE_WIDTH = 55  # characters
+_MARK_EVERY = 20  # thresholds
+_THRESHOLDS = np.arange(0.0, 100.5, 0.5)
+
+
+def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
+    """A line a method, in its bootstrap band, over the environments that all methods have."""
+    pooled = comparison.pool(results, scoring)
+    profiles = comparison.profiles(pooled, _THRESHOLDS, scoring)
+    methods = ordered(profiles, order)
+    figure, grid = canvas.grid(1, 1, panel=_PANEL, legend=methods)
+    panel = grid[0, 0]
+    handles = {}
+    for method in methods:
+        look = style(method)
+        share, band = profiles[method]
+        (handles[method],) = panel.step(
+            _THRESHOLDS,
+            share,
+            look.line,
+            color=look.color,
+            marker=look.marker,
+            markevery=_MARK_EVERY,
+            where="post",
+        )
+        if band is not None:
+            panel.fill_between(
+                _THRESHOLDS, *band, step="post", color=look.color, alpha=0.15, linewidth=0
+            )
+    panel.set_xlim(0, 100)
+    panel.set_ylim(0, 100)
+    panel.set_title(textwrap.fill(", ".join(ordered(pooled.environments, order)), _TITLE_WIDTH))
+    panel.set_xlabel(f"threshold: success (%), {scoring.wording}")
+    panel.set_ylabel("runs above the threshold (%)")
+    canvas.add_legend(figure, handles)
+    return figure

@@ -1,0 +1,120 @@
+"""Which evaluations of a run give its number, and the numbers."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pigbench.errors import UserError, lookup
+from pigbench.report import bootstrap, measures, stats
+from pigbench.report.stats import Estimate, Result
+from pigbench.training.episodes import Episode
+
+_AVERAGED = 3
+
+Curve = Mapping[int, Estimate]  # by training step, in order
+Task = tuple[int, str]  # number and name
+
+
+class Checkpoint(NamedTuple):
+    """A choice of training steps from a cell's curve, and how a caption words it."""
+
+    choose: Callable[[Curve], Sequence[int]]
+    wording: str
+
+
+def _last_three(curve: Curve) -> list[int]:
+    trained = [step for step in curve if step > 0]
+    if len(trained) < _AVERAGED:
+        raise UserError(
+            f"only {len(trained)} evaluations of trained policies: 'last-three' needs three; "
+            "use 'last'"
+        )
+    return trained[-_AVERAGED:]
+
+
+CHECKPOINTS: Mapping[str, Checkpoint] = {
+    "last": Checkpoint(lambda curve: [max(curve)], "last evaluation"),
+    "last-three": Checkpoint(_last_three, "average of the last three evaluations"),
+    "best": Checkpoint(
+        lambda curve: [max(curve, key=lambda step: curve[step].value)],
+        "best checkpoint of the mean over seeds",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Scoring:
+    """How runs become numbers."""
+
+    checkpoint: str = "last"
+    """Which evaluations count: last, last-three (averaged) or best (of the mean over seeds)."""
+    over: str = "environments"
+    """What a run gives a number for when environments are pooled: environments or tasks."""
+    bootstrap_seed: int = 0
+    """Seed of the bootstrap, which makes the intervals."""
+
+    def __post_init__(self) -> None:
+        lookup("checkpoint", CHECKPOINTS, self.checkpoint)
+        lookup("unit", UNITS, self.over)
+
+    @property
+    def wording(self) -> str:
+        """The checkpoint, for captions."""
+        return CHECKPOINTS[self.checkpoint].wording
+
+
+def success(results: Sequence[Result], scoring: Scoring) -> Estimate:
+    """Success rate in percent over the results of a cell, with its interval.
+
+    Raises UserError when they were not all evaluated up to the same training step.
+    """
+    return _estimate(_rates(results, scoring), scoring)
+
+
+def task_success(results: Sequence[Result], scoring: Scoring) -> dict[Task, Estimate]:
+    """As `success`, for each task, in order; the checkpoint is that of all tasks together."""
+    return {task: _estimate(_rates(results, scoring, task), scoring) for task in _tasks(results)}
+
+
+def stratum(results: Sequence[Result], scoring: Scoring) -> np.ndarray:
+    """The success rates of a cell's results, (runs, 1), or with `over` tasks (runs, tasks)."""
+    units = UNITS[scoring.over](results)
+    return np.stack([_rates(results, scoring, unit) for unit in units], axis=-1)
+
+
+def _tasks(results: Sequence[Result]) -> list[Task]:
+    return sorted({_task(episode) for episode in results[0].episodes})
+
+
+def _task(episode: Episode) -> Task:
+    return episode.task, episode.task_name
+
+
+UNITS: Mapping[str, Callable[[Sequence[Result]], Sequence[Task | None]]] = {
+    "environments": lambda results: [None],
+    "tasks": _tasks,
+}
+
+
+def _rates(results: Sequence[Result], scoring: Scoring, task: Task | None = None) -> np.ndarray:
+    """The success rate of each result, (runs,), on one task or on all."""
+    stats.require_level(results)
+    steps = CHECKPOINTS[scoring.checkpoint].choose(stats.success_curve(results))
+    rates = [
+        [
+            stats.success_rate(
+                [e for e in result.episodes if e.step == step and task in (None, _task(e))]
+            )
+            for step in steps
+        ]
+        for result in results
+    ]
+    # Rounded, so that equal rates stay equal in whatever order they were summed.
+    return np.round(np.mean(rates, axis=-1), 9)
+
+
+def _estimate(rates: np.ndarray, scoring: Scoring) -> Estimate:
+    bounds = bootstrap.interval([rates[:, None]], measures.mean, seed=scoring.bootstrap_seed)
+    return stats.estimate(rates)._replace(interval=bounds)

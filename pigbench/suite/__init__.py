@@ -1,0 +1,1 @@
+"""Suites: many trainings as one job, environments by methods by seeds."""

@@ -1,0 +1,82 @@
+"""How long a suite will take, from rates measured here and now."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from pigbench import envs
+from pigbench.agents import AgentConfig
+from pigbench.bench import simulation, training
+from pigbench.bench.timing import alternate
+from pigbench.suite.jobs import data_folder
+from pigbench.suite.spec import Cell, Environment, Suite
+from pigbench.suite.status import DONE, is_complete, status
+
+_SECONDS = 1.0  # of measuring each rate
+
+
+class Estimate(NamedTuple):
+    """Seconds that each data set and each cell that is not done will take, alone."""
+
+    data: Mapping[str, float]
+    cells: Mapping[Cell, float]
+
+
+def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: Path) -> Estimate:
+    """Times what is missing of a suite; `configs` are by method and variant."""
+    todo = [(cell, steps) for cell, state, steps, _ in status(suite, out) if state != DONE]
+    cells = [cell for cell, _ in todo]
+    update = {
+        environment: _updates(environment, configs, cells) for environment in suite.environments
+    }
+    step = {environment: _step(environment, suite) for environment in suite.environments}
+    return Estimate(
+        data={
+            environment.name: environment.transitions * step[environment]
+            for environment in suite.environments
+            if not is_complete(data_folder(environment, out))
+        },
+        cells={
+            cell: (cell.environment.steps - done)
+            * (
+                update[cell.environment][cell.method, cell.variant]
+                + _evaluation_steps(cell.environment, suite)
+                * step[cell.environment]
+                / suite.evaluation.every
+            )
+            for cell, done in todo
+        },
+    )
+
+
+def _updates(
+    environment: Environment,
+    configs: Mapping[tuple[str, str], AgentConfig],
+    cells: Sequence[Cell],
+) -> Mapping[tuple[str, str], float]:
+    """Seconds an update of each method and variant among the environment's cells."""
+    env = envs.make(environment.name)
+    rows = training.noise(env)
+    asked = {(cell.method, cell.variant) for cell in cells if cell.environment == environment}
+    contenders = {
+        (method, variant): training.updates(
+            env, rows, method, configs[method, variant], name=f"{method}+{variant}"
+        )
+        for method, variant in sorted(asked)
+    }
+    timings = alternate(list(contenders.values()), turns=1, seconds=_SECONDS)
+    return {key: timings[contender.name].median for key, contender in contenders.items()}
+
+
+def _step(environment: Environment, suite: Suite) -> float:
+    """Seconds a control step of one of many simulations."""
+    env = envs.make(environment.name, profile=suite.data.physics)
+    simulations = env.num_tasks * suite.evaluation.episodes
+    contender = simulation.steps(env, simulations, name=environment.name)
+    return alternate([contender], turns=1, seconds=_SECONDS)[environment.name].median
+
+
+def _evaluation_steps(environment: Environment, suite: Suite) -> int:
+    """Control steps of one evaluation, if no episode ends early."""
+    env = envs.SPECS[environment.name]
+    return len(env.tasks) * suite.evaluation.episodes * env.episode_length

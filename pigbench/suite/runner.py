@@ -1,0 +1,88 @@
+"""Running jobs as processes, several at a time; what each says goes to a log of its own."""
+
+import contextlib
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+from pigbench.suite.jobs import Job
+
+ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+"""XLA's flags for one thread a process: as many processes as cores do more than one of all."""
+
+FAILURE = "exit status"
+"""How the line begins that ends the log of a job that failed."""
+
+_POLL_SECONDS = 1.0
+_PATIENCE_SECONDS = 10.0
+
+
+def run(
+    jobs: Iterable[Job],
+    *,
+    workers: int,
+    log: Callable[[str], Path],
+    options: Sequence[str] = (),
+    report: Callable[[Sequence[str]], object] = lambda _: None,
+) -> Mapping[str, int]:
+    """Run jobs, at most `workers` at once, and return their exit statuses by name.
+
+    `log` names the file that a job's output is appended to, `options` follow every command, and
+    `report` is told the running jobs' names every second. When it is interrupted, so are
+    they.
+    """
+    waiting = list(jobs)
+    ended: dict[str, int] = {}
+    with _processes() as running:
+        while waiting or running:
+            for name in [name for name, process in running.items() if process.poll() is not None]:
+                ended[name] = running.pop(name).returncode
+                if ended[name] != 0:
+                    _note_failure(log(name), ended[name])
+            while waiting and len(running) < workers:
+                job = waiting.pop(0)
+                running[job.name] = _start(job, log(job.name), options, alone=workers == 1)
+            report(tuple(running))
+            time.sleep(_POLL_SECONDS)
+    return ended
+
+
+@contextlib.contextmanager
+def _processes() -> Iterator[dict[str, "subprocess.Popen[bytes]"]]:
+    """Processes by name; those that are left when the block ends are told to end too."""
+    running: dict[str, subprocess.Popen[bytes]] = {}
+    try:
+        yield running
+    finally:
+        for process in running.values():
+            process.terminate()
+        for process in running.values():
+            try:
+                process.wait(_PATIENCE_SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+def _note_failure(log: Path, status: int) -> None:
+    with open(log, "a", encoding="utf-8") as file:
+        file.write(f"{FAILURE} {status}\n")
+
+
+def _start(
+    job: Job, log: Path, options: Sequence[str], *, alone: bool
+) -> "subprocess.Popen[bytes]":
+    log.parent.mkdir(parents=True, exist_ok=True)
+    environment = dict(os.environ)
+    if not alone:
+        environment.setdefault("XLA_FLAGS", ONE_THREAD)
+    with open(log, "ab") as file:
+        return subprocess.Popen(
+            [sys.executable, "-P", "-m", "pigbench", *job.arguments, *options],
+            stdin=subprocess.DEVNULL,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            env=environment,
+        )

@@ -1,0 +1,88 @@
+"""How far a suite is, told from its files alone."""
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from pigbench.data import manifest
+from pigbench.errors import UserError
+from pigbench.suite import runner
+from pigbench.suite.spec import Cell, Suite
+from pigbench.support.lock import is_held
+from pigbench.training import episodes
+from pigbench.training.metrics import FILE_NAME as METRICS_FILE
+
+DONE, RUNNING, FAILED, CUT_OFF, WAITING = "done", "running", "failed", "cut off", "waiting"
+
+
+class Status(NamedTuple):
+    """A cell's state, the updates it has done, and its last success rate in percent, if any."""
+
+    cell: Cell
+    state: str
+    steps: int
+    success: float | None
+
+
+def log_path(out: Path, job: str) -> Path:
+    """The file with what a job of the suite in `out` has said."""
+    return out / "logs" / f"{job}.log"
+
+
+def status(suite: Suite, out: Path) -> list[Status]:
+    """Every cell of the suite in the folder `out`."""
+    return [_status(cell, out) for cell in suite.cells()]
+
+
+def is_complete(folder: Path) -> bool:
+    """Does the folder hold a whole data set?"""
+    try:
+        return not manifest.read(folder).missing()
+    except UserError:
+        return False
+
+
+def last_lines(log: Path, count: int) -> Sequence[str]:
+    """The last lines of a log that say something; none if there is no log."""
+    if not log.exists():
+        return []
+    text = log.read_text(encoding="utf-8", errors="replace")
+    return [line for line in re.split(r"[\r\n]+", text) if line.strip()][-count:]
+
+
+def _status(cell: Cell, out: Path) -> Status:
+    folder = out / cell.name
+    evaluated = _last_evaluation(folder)
+    step, success = evaluated or (0, None)
+    if step == cell.environment.steps and (folder / "checkpoints" / str(step)).exists():
+        return Status(cell, DONE, step, success)
+    return Status(cell, _unfinished(folder, log_path(out, cell.name)), _last_step(folder), success)
+
+
+def _unfinished(folder: Path, log: Path) -> str:
+    if is_held(folder):
+        return RUNNING
+    last = last_lines(log, 1)
+    if last and last[0].startswith(runner.FAILURE):
+        return FAILED
+    return CUT_OFF if folder.exists() else WAITING
+
+
+def _last_evaluation(folder: Path) -> tuple[int, float] | None:
+    try:
+        rows = episodes.read(folder / "episodes.csv")
+    except UserError:
+        return None
+    step = max(row.step for row in rows)
+    successes = [row.success for row in rows if row.step == step]
+    return step, 100 * sum(successes) / len(successes)
+
+
+def _last_step(folder: Path) -> int:
+    lines = last_lines(folder / METRICS_FILE, 1)
+    try:
+        return int(json.loads(lines[0])["step"]) if lines else 0
+    except json.JSONDecodeError:  # just being written
+        return 0

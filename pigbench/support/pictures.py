@@ -1,0 +1,46 @@
+"""Files of pictures and films from arrays of pixels, (height, width, 3) in uint8."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+
+from pigbench.errors import UserError
+from pigbench.support import files
+
+_QUALITY = "20"  # of H.264: lower is better and larger
+
+
+def check_path(path: Path, extension: str) -> None:
+    """Raises UserError unless the file's name ends so and it has a folder to be in."""
+    if path.suffix.lower() != extension:
+        raise UserError(f"{path} does not end in {extension}")
+    if not path.parent.is_dir():
+        raise UserError(f"{path.parent} is no folder")
+
+
+def write_png(path: Path, picture: np.ndarray) -> None:
+    """Replaces `path` by the picture."""
+    with files.replacing_file(path) as file:
+        matplotlib.image.imsave(file, np.ascontiguousarray(picture), format="png")
+
+
+def write_mp4(path: Path, pictures: Iterable[np.ndarray], *, rate: int) -> None:
+    """Replaces `path` by a film, `rate` pictures a second; their height and width are even.
+
+    Raises UserError when the package `av`, of the extra `render`, is not installed.
+    """
+    try:
+        import av
+    except ImportError:
+        raise UserError("films need the package av: pip install 'pigbench[render]'") from None
+    with files.replacing_file(path) as file, av.open(file, "w", format="mp4") as film:
+        stream = film.add_stream("libx264", rate=rate, options={"crf": _QUALITY})
+        stream.pix_fmt = "yuv420p"
+        for number, picture in enumerate(pictures):
+            if number == 0:
+                stream.height, stream.width = picture.shape[:2]
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+            film.mux(stream.encode(frame))
+        film.mux(stream.encode())

@@ -1,0 +1,38 @@
+"""Full-dimensional anisotropic motion, as in the paper's Prop. eikonal_fully_controllable.
+
+s' = (c u_1, u_2 / c) with ||u|| <= 1 and c = sqrt(r): the feasible velocities are an ellipse of the
+area of the unit disc, whose axes are as r to 1. With the goal at 0, d* = ||(s_1 / c, c s_2)||, and
+the optimal motion is straight.
+"""
+
+import jax
+import jax.numpy as jnp
+
+from pigbench.agents.regularizers import safe_norm
+from pigbench.toy.problem import STEP, Example, Mode, Section
+
+RATIOS = 1, 2, 4
+"""Of the larger speed to the smaller; 1 is isotropic."""
+
+
+def mode(ratio: float) -> Mode:
+    """Motion with the speeds' ratio r."""
+    slownesses = jnp.array([ratio**-0.5, ratio**0.5])
+
+    def cost_to_go(states: jax.Array) -> jax.Array:
+        return safe_norm(states * slownesses)
+
+    def successor(states: jax.Array) -> jax.Array:
+        time = jnp.maximum(cost_to_go(states), STEP)
+        return states * (1 - STEP / time)[:, None]
+
+    return Mode(
+        name=f"speeds {ratio:g} : 1",
+        cost_to_go=cost_to_go,
+        successor=successor,
+        kink_distance=safe_norm,
+        section=Section("$s_2$, from fast to slow axis", (1.0, 0.0), (0.0, 1.0)),
+    )
+
+
+ANISOTROPY = Example(axes=("fast $s_1$", "slow $s_2$"), fits=tuple((mode(r),) for r in RATIOS))

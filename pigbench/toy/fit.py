@@ -1,0 +1,123 @@
+"""Regression of a cost-to-go under a regulariser, all seeds side by side."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import jax
+import jax.numpy as jnp
+import optax
+
+from pigbench.agents.config import require
+from pigbench.agents.networks import MLP
+from pigbench.agents.regularizers import Regularizer
+from pigbench.toy.problem import Mode
+
+LOSSES: Mapping[str, Regularizer] = {
+    "baseline": Regularizer("none"),
+    "hjb": Regularizer("hjb"),
+    "eikonal": Regularizer("eikonal"),
+}
+"""The paper's three losses, Eq. toy_baseline, toy_hjb and toy_eik: regression and a residual."""
+
+_STRETCH = 100  # updates between two reports
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the paper leaves open. Raises `UserError` if a value is out of range."""
+
+    half_width: float = 1.0
+    """Positions are uniform in [-half_width, half_width]."""
+    steps: int = 5000
+    """Updates of each fit."""
+    batch_size: int = 256
+    """Fresh states an update, of each mode."""
+    learning_rate: float = 1e-3
+    """Adam's at first; it falls to 0 along a cosine."""
+    hidden_sizes: tuple[int, ...] = (64, 64)
+    """Hidden layers of the network."""
+
+    def __post_init__(self) -> None:
+        require(self, lambda x: x > 0, "positive", "half_width", "learning_rate")
+        require(self, lambda x: x >= 1, "at least 1", "steps", "batch_size")
+        require(self, lambda sizes: all(x > 0 for x in sizes), "positive numbers", "hidden_sizes")
+
+
+def predict(settings: Settings, params: Any, number: int, states: jax.Array) -> jax.Array:
+    """d(s, g) of the network for states (B, 2) in the fit's mode of that number: (B,)."""
+    modes = jnp.full_like(states[:, :1], number)
+    inputs = jnp.concatenate([states / settings.half_width, modes], axis=-1)
+    return cast(jax.Array, _network(settings).apply(params, inputs))[:, 0]
+
+
+def fit(
+    modes: Sequence[Mode],
+    regularizer: Regularizer,
+    *,
+    seeds: Sequence[int],
+    settings: Settings,
+    report: Callable[[int], None],
+) -> Any:
+    """One network for each seed, on all modes alike: their parameters, stacked.
+
+    A seed fixes initial weights and states, the same for every regulariser. `report` is told how
+    many updates more are done.
+    """
+    optimizer = optax.adam(optax.cosine_decay_schedule(settings.learning_rate, settings.steps))
+    keys = jnp.stack([jax.random.key(seed) for seed in seeds])
+
+    def init(key: jax.Array) -> tuple[Any, optax.OptState]:
+        params = _network(settings).init(jax.random.fold_in(key, 0), jnp.zeros((1, 3)))
+        return params, optimizer.init(params)
+
+    def update(state: tuple[Any, optax.OptState], key: jax.Array) -> tuple[Any, optax.OptState]:
+        params, opt_state = state
+        gradients = jax.grad(_loss)(params, key, modes, regularizer, settings)
+        updates, opt_state = optimizer.update(gradients, opt_state)
+        return optax.apply_updates(params, updates), opt_state
+
+    @jax.jit
+    def stretch(state: Any, start: jax.Array, stop: jax.Array) -> Any:
+        def step(number: jax.Array, state: Any) -> Any:
+            # Number 0 has drawn the weights.
+            return jax.vmap(update)(
+                state, jax.vmap(jax.random.fold_in, (0, None))(keys, number + 1)
+            )
+
+        return jax.lax.fori_loop(start, stop, step, state)
+
+    state = jax.jit(jax.vmap(init))(keys)
+    for start in range(0, settings.steps, _STRETCH):
+        stop = min(start + _STRETCH, settings.steps)
+        state = jax.block_until_ready(stretch(state, start, stop))
+        report(stop - start)
+    return state[0]
+
+
+def _network(settings: Settings) -> MLP:
+    return MLP(settings.hidden_sizes, 1)
+
+
+def _loss(
+    params: Any,
+    key: jax.Array,
+    modes: Sequence[Mode],
+    regularizer: Regularizer,
+    settings: Settings,
+) -> jax.Array:
+    """Mean over modes of the squared error and the weighted residual of V = -d."""
+    shape = len(modes), settings.batch_size, 2
+    samples = settings.half_width * jax.random.uniform(key, shape, minval=-1, maxval=1)
+
+    def mode_loss(number: int, mode: Mode, states: jax.Array) -> jax.Array:
+        values, residuals = regularizer(
+            lambda states: -predict(settings, params, number, states),
+            states,
+            mode.successor(states),
+        )
+        errors = values + mode.cost_to_go(states)
+        return jnp.mean(errors**2 + regularizer.weight * residuals)
+
+    losses = [mode_loss(*item) for item in zip(range(len(modes)), modes, samples, strict=True)]
+    return jnp.mean(jnp.stack(losses))

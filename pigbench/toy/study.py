@@ -1,0 +1,81 @@
+"""An example's modes fitted under every loss, looked at on a grid and along a line."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench.toy.fit import LOSSES, Settings, fit, predict
+from pigbench.toy.problem import Example, Mode
+
+SIDE = 101
+"""Points along a side of the grid and along a section."""
+
+
+class Outcome(NamedTuple):
+    """Fits of one mode under one loss: one a seed."""
+
+    mode: Mode
+    loss: str
+    grid: np.ndarray  # (seeds, SIDE^2)
+    section: np.ndarray  # (seeds, SIDE)
+
+
+def grid_states(settings: Settings) -> jax.Array:
+    """States (SIDE^2, 2) over the square; the first coordinate runs fastest."""
+    side = jnp.linspace(-settings.half_width, settings.half_width, SIDE)
+    return jnp.stack(jnp.meshgrid(side, side), axis=-1).reshape(-1, 2)
+
+
+def section_states(mode: Mode, settings: Settings) -> jax.Array:
+    """States (SIDE, 2) along the mode's section."""
+    return settings.half_width * mode.section.points(SIDE)
+
+
+def study(
+    example: Example,
+    *,
+    seeds: Sequence[int],
+    settings: Settings,
+    report: Callable[[int, str], None],
+) -> list[Outcome]:
+    """Every mode of the example under every loss, mode by mode.
+
+    `report` is told how many updates more are done, and under which loss.
+    """
+    return [outcome for modes in example.fits for outcome in _fits(modes, seeds, settings, report)]
+
+
+def _fits(
+    modes: Sequence[Mode],
+    seeds: Sequence[int],
+    settings: Settings,
+    report: Callable[[int, str], None],
+) -> list[Outcome]:
+    params = {
+        loss: fit(
+            modes,
+            regularizer,
+            seeds=seeds,
+            settings=settings,
+            report=lambda amount, loss=loss: report(amount, loss),
+        )
+        for loss, regularizer in LOSSES.items()
+    }
+
+    def values(loss: str, number: int, states: jax.Array) -> np.ndarray:
+        each = jax.vmap(predict, (None, 0, None, None))
+        return np.asarray(each(settings, params[loss], number, states))
+
+    return [
+        Outcome(
+            mode,
+            loss,
+            grid=values(loss, number, grid_states(settings)),
+            section=values(loss, number, section_states(mode, settings)),
+        )
+        for number, mode in enumerate(modes)
+        for loss in LOSSES
+    ]

@@ -1,0 +1,249 @@
+"""OGBench's files: read by OGBench's own loader, and back to the same bits."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ogbench.utils import load_dataset, make_env_and_datasets
+
+from pigbench import cli, envs
+from pigbench.data import dataset, ogbench, shard
+from pigbench.data.writer import Writer
+from pigbench.errors import UserError
+
+NAME = "cube-single"
+WIDTHS = {"observations": 28, "actions": 5, "qpos": 21, "qvel": 20}
+LENGTH = 4  # rows of an episode
+
+
+def arrays_of(rows: int, seed: int) -> dict[str, np.ndarray]:
+    generator = np.random.default_rng(seed)
+    arrays = {
+        field: generator.normal(size=(rows, width)).astype(np.float32)
+        for field, width in WIDTHS.items()
+    }
+    return arrays | {"terminals": np.arange(rows) % LENGTH == LENGTH - 1}
+
+
+@pytest.fixture
+def data(tmp_path, spec) -> Path:
+    """Three shards of training, of which one has lost an episode, and one of validation."""
+    layout = dataset.sizes(envs.make(NAME).layout)
+    fields = ("observations", "actions", "terminals", "qpos", "qvel")
+    writer = Writer(tmp_path / "data", dataclasses.replace(spec, layout=layout, fields=fields))
+    for part in writer.missing():
+        dropped = int(part.name == "train-00001")
+        rows = LENGTH * (part.episodes - dropped)
+        writer.write(part, arrays_of(rows, part.number), dropped=dropped)
+    return tmp_path / "data"
+
+
+@pytest.fixture
+def exported(data, tmp_path) -> Path:
+    path = tmp_path / "F.npz"
+    cli.run(["data", "export", str(data), "--format", "ogbench", "--out", str(path)])
+    return path
+
+
+def import_(path: Path, folder: Path) -> None:
+    command = ["data", "import", str(path), "--environment", NAME, "--out", str(folder)]
+    cli.run(command)
+
+
+def content(folder: Path) -> dict[tuple[str, str], np.ndarray]:
+    loaded = dataset.load(folder)
+    return {
+        (split, field): loaded.split(split).concatenate(field)
+        for split in ("train", "val")
+        for field in loaded.spec.fields
+    }
+
+
+def test_ogbenchs_loader_reads_an_export(data, exported):
+    """Episodes of 4 rows are 3 transitions, of which the third is the last."""
+    ours = content(data)
+    train, val = make_env_and_datasets(
+        "cube-single-play-v0", dataset_path=str(exported), dataset_only=True, add_info=True
+    )
+    for split, theirs, episodes in (("train", train, 4), ("val", val, 1)):
+        rows = np.arange(4 * episodes).reshape(episodes, 4)
+        here, there = rows[:, :-1].ravel(), rows[:, 1:].ravel()
+        np.testing.assert_array_equal(theirs["terminals"], np.tile([0, 0, 1], episodes))
+        for field in ("observations", "actions", "qpos", "qvel"):
+            np.testing.assert_array_equal(theirs[field], ours[split, field][here])
+        np.testing.assert_array_equal(
+            theirs["next_observations"], ours[split, "observations"][there]
+        )
+
+
+def test_ogbenchs_loader_reads_an_export_compact(data, exported):
+    ours = content(data)
+    theirs = load_dataset(exported, compact_dataset=True, add_info=True)
+    np.testing.assert_array_equal(theirs["valids"], np.tile([1, 1, 1, 0], 4))
+    np.testing.assert_array_equal(theirs["terminals"], np.tile([0, 0, 1, 1], 4))
+    for field in ("observations", "actions", "qpos", "qvel"):
+        assert theirs[field].dtype == np.float32
+        np.testing.assert_array_equal(theirs[field], ours["train", field])
+
+
+def test_there_and_back_is_equal_to_the_bit(data, exported, tmp_path):
+    import_(exported, tmp_path / "back")
+    before, after = content(data), content(tmp_path / "back")
+    assert before.keys() == after.keys()
+    for key, array in before.items():
+        assert array.dtype == after[key].dtype
+        assert array.tobytes() == after[key].tobytes()
+    assert dataset.verify(tmp_path / "back") == []
+    assert dataset.load(tmp_path / "back").layout == dataset.load(data).layout
+
+
+def test_an_export_has_the_same_bytes_each_time(data, exported):
+    before = exported.read_bytes()
+    ogbench.write(dataset.load(data), exported)
+    assert exported.read_bytes() == before
+    assert {path.name for path in exported.parent.iterdir()} == {"data", "F.npz", "F-val.npz"}
+
+
+@pytest.fixture
+def theirs() -> dict[str, dict[str, np.ndarray]]:
+    """By split, 120 and 8 episodes as a generator of OGBench's may have them in memory."""
+    return {
+        split: {
+            field: array if field == "terminals" else array.astype(np.float64)
+            for field, array in arrays_of(LENGTH * episodes, episodes).items()
+        }
+        for split, episodes in (("F", 120), ("F-val", 8))
+    }
+
+
+def save(folder: Path, splits: dict[str, dict[str, np.ndarray]]) -> Path:
+    for split, arrays in splits.items():
+        np.savez_compressed(folder / f"{split}.npz", **arrays)  # pyright: ignore[reportArgumentType]
+    return folder / "F.npz"
+
+
+def test_reads_compressed_files_in_double_precision(tmp_path, theirs):
+    import_(save(tmp_path, theirs), tmp_path / "data")
+    loaded = dataset.load(tmp_path / "data")
+    assert [record.episodes for record in loaded.manifest.shards] == [50, 50, 20, 8]
+    assert loaded.spec.environment == NAME
+    for (split, field), array in content(tmp_path / "data").items():
+        expected = theirs["F" if split == "train" else "F-val"][field]
+        np.testing.assert_array_equal(array, expected.astype(shard.DTYPES[field]))
+
+
+def test_an_import_cut_off_goes_on(tmp_path, theirs, monkeypatch):
+    path = save(tmp_path, theirs)
+    import_(path, tmp_path / "whole")
+    written, write = [], Writer.write
+
+    def killed(self, part, arrays):
+        if written:
+            raise KeyboardInterrupt
+        written.append(part)
+        write(self, part, arrays)
+
+    monkeypatch.setattr(Writer, "write", killed)
+    with pytest.raises(KeyboardInterrupt):
+        import_(path, tmp_path / "cut")
+    monkeypatch.undo()
+    with pytest.raises(UserError, match=r"unfinished: 3 of 4 shards .*pigbench data import"):
+        dataset.load(tmp_path / "cut")
+    import_(path, tmp_path / "cut")
+    assert dataset.load(tmp_path / "cut").digest == dataset.load(tmp_path / "whole").digest
+
+
+def test_other_files_do_not_continue_an_import(tmp_path, theirs):
+    path = save(tmp_path, theirs)
+    import_(path, tmp_path / "data")
+    theirs["F"]["actions"][0, 0] += 1
+    save(tmp_path, theirs)
+    with pytest.raises(UserError, match=r"versions\.F\.npz is 'SHA-256"):
+        import_(path, tmp_path / "data")
+
+
+def test_positions_and_velocities_may_be_absent(tmp_path, theirs):
+    for arrays in theirs.values():
+        del arrays["qpos"], arrays["qvel"]
+    import_(save(tmp_path, theirs), tmp_path / "data")
+    assert dataset.load(tmp_path / "data").spec.fields == ("observations", "actions", "terminals")
+
+
+def changed(field: str, change):
+    def apply(arrays: dict[str, np.ndarray]) -> None:
+        arrays[field] = change(arrays[field])
+
+    return apply
+
+
+WRONG = {
+    "a field missing": (lambda arrays: arrays.pop("actions"), "has no actions"),
+    "another environment": (
+        changed("observations", lambda a: np.pad(a, ((0, 0), (0, 9)))),
+        r"does not fit cube-single: observations has shape \(480, 37\) instead of \(480, 28\)",
+    ),
+    "a row short": (
+        changed("actions", lambda a: a[:-1]),
+        r"actions has shape \(479, 5\) instead of \(480, 5\)",
+    ),
+    "no rows": (
+        lambda arrays: [changed(field, lambda a: a[:0])(arrays) for field in list(arrays)],
+        "no whole episode",
+    ),
+    "no terminals": (changed("terminals", np.zeros_like), "no whole episode"),
+    "unequal episodes": (
+        changed("terminals", lambda a: a & (np.arange(480) != 7)),
+        r"the first ends after 4 rows, but .* row 7",
+    ),
+    "a cut episode": (
+        lambda arrays: [changed(field, lambda a: a[:-2])(arrays) for field in list(arrays)],
+        r"the first ends after 4 rows, but .* row 477",
+    ),
+    "no numbers": (changed("actions", lambda a: a.astype(str)), "actions of type <U.*, not numb"),
+    "objects": (changed("actions", lambda a: a.astype(object)), "actions of type object"),
+    "columns first": (changed("qpos", np.asfortranarray), "torn: .* column by column"),
+    "NaN": (
+        changed("qvel", lambda a: np.where(np.arange(480)[:, None] == 203, np.nan, a)),
+        r"train-00001 of qvel holds NaN or infinity \(first in row 3\)",
+    ),
+}
+
+
+@pytest.mark.parametrize(("change", "says"), WRONG.values(), ids=WRONG)
+def test_wrong_files_are_named(tmp_path, theirs, change, says):
+    change(theirs["F"])
+    path = save(tmp_path, theirs)
+    with pytest.raises(UserError, match=rf"F\.npz.*{says}"):
+        import_(path, tmp_path / "data")
+
+
+def test_splits_must_have_equally_long_episodes(tmp_path, theirs):
+    theirs["F-val"]["terminals"] = np.arange(32) % 8 == 7
+    with pytest.raises(UserError, match=r"F-val\.npz has episodes of 8 rows, .*F\.npz of 4"):
+        import_(save(tmp_path, theirs), tmp_path / "data")
+
+
+@pytest.mark.parametrize("name", ["F.npz", "F-val.npz"])
+def test_missing_and_torn_files_are_named(tmp_path, theirs, name):
+    path = save(tmp_path, theirs)
+    whole = (tmp_path / name).read_bytes()
+    middle = len(whole) // 2
+    flipped = whole[:middle] + bytes([whole[middle] ^ 255]) + whole[middle + 1 :]
+    for torn in (b"", whole[:middle], flipped, b"PK" + whole[2:500]):
+        (tmp_path / name).write_bytes(torn)
+        with pytest.raises(UserError, match=rf"{name} is torn"):
+            import_(path, tmp_path / f"data{len(torn)}")
+    (tmp_path / name).unlink()
+    with pytest.raises(UserError, match=rf"{name} does not exist"):
+        import_(path, tmp_path / "data")
+
+
+def test_exports_that_cannot_be(data, tmp_path):
+    loaded = dataset.load(data)
+    with pytest.raises(UserError, match=r"F\.h5 does not end in \.npz"):
+        ogbench.write(loaded, tmp_path / "F.h5")
+    with pytest.raises(UserError, match="nowhere is no folder"):
+        ogbench.write(loaded, tmp_path / "nowhere" / "F.npz")
+    with pytest.raises(UserError, match="unknown format 'ogbnch': did you mean 'ogbench'"):
+        cli.run(["data", "export", str(data), "--out", "F.npz", "--format", "ogbnch"])

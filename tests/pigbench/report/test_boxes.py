@@ -1,0 +1,61 @@
+import numpy as np
+from matplotlib.colors import to_rgba
+
+from pigbench.report import boxes
+from pigbench.report.scoring import Scoring
+
+FULL = {"variant": "full", "agent": {"low_level_representation": "full"}}
+JOINTS = {"variant": "joints", "agent": {"low_level_representation": "joints_contacts"}}
+STRONG = {"variant": "strong", "agent": {"margin": 2.0}}
+
+
+def dots(panel, color):
+    return [
+        line.get_ydata().tolist()
+        for line in panel.lines
+        if line.get_marker() == "o" and line.get_color() == color
+    ]
+
+
+def ticks(panel):
+    return [label.get_text() for label in panel.get_xticklabels()]
+
+
+def test_a_dot_an_environment_and_the_mean_in_white(make_results):
+    environments = ("one", "two", "three")
+    rates = {
+        ("gcivl", "one"): [{0: [0], 1: [10]}, {0: [0], 1: [30]}],
+        ("gcivl", "two"): [{0: [90], 1: [40]}, {0: [90], 1: [40]}],
+        ("gcivl", "three"): [{0: [0], 1: [90]}, {0: [0], 1: [90]}],
+        ("qrl", "one"): [{0: [0], 1: [70]}],
+    }
+    (panel,) = boxes.draw(make_results(rates), ("gcivl", *environments), Scoring("best")).axes
+    assert [sorted(values) for values in dots(panel, "#000000")] == [[20, 90, 90], [70]]
+    np.testing.assert_allclose(dots(panel, "white"), [[200 / 3], [70]])
+    assert ticks(panel) == ["gcivl", "qrl"]
+    assert panel.get_title() == "best checkpoint of the mean over seeds"
+
+
+def test_representations_of_a_method_share_a_name_and_differ_in_filling(make_results):
+    cell = {("sharsa", "e"): [{1: [50]}]}
+    results = [*make_results(cell, **FULL), *make_results(cell, **JOINTS)]
+    figure = boxes.draw(results, (), Scoring())
+    (panel,) = figure.axes
+    assert ticks(panel) == ["sharsa"]
+    assert [box.get_facecolor()[:3] == to_rgba("white")[:3] for box in panel.patches] == [
+        True,
+        False,
+    ]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        "an environment",
+        "mean over environments",
+        "low level: full state",
+        "low level: joints and contacts",
+    ]
+
+
+def test_other_variants_have_their_own_names(make_results):
+    cell = {("qrl", "e"): [{1: [50]}]}
+    results = [*make_results(cell), *make_results(cell, **STRONG)]
+    (panel,) = boxes.draw(results, (), Scoring()).axes
+    assert ticks(panel) == ["qrl", "qrl (strong)"]

@@ -1,0 +1,46 @@
+from pathlib import Path
+
+from pigbench import cli
+from pigbench.suite import jobs, spec
+
+OUT = Path("out")
+
+
+def test_data_is_generated_in_whole_episodes(suite):
+    single, double = suite.environments
+    command = cli.parse(jobs.generation(suite, single, OUT).arguments)
+    assert (command.environment, command.out) == ("cube-single", OUT / "data/cube-single")
+    assert (command.episodes, command.validation_episodes) == (2, 2)  # 1,000 transitions each
+    command = cli.parse(jobs.generation(suite, double, OUT).arguments)
+    assert (command.out, command.episodes) == (Path("elsewhere/double"), 100)
+
+
+def test_a_cell_is_trained_as_the_suite_says(suite):
+    cells = {cell.name: cell for cell in suite.cells()}
+    job = jobs.training(suite, cells["cube-double/h-flow-gcivl/3"], OUT)
+    command = cli.parse(job.arguments)
+    assert (command.method, command.seed, command.steps) == ("h-flow-gcivl", 3, 40_000)
+    assert command.data == Path("elsewhere/double")
+    assert command.out == OUT / "cube-double/h-flow-gcivl/3"
+    assert (command.preset, command.agent.batch_size) == ("cpu", 256)
+    assert (command.evaluate_every, command.evaluation.episodes) == (5_000, 20)
+    assert command.agent.learning_rate == 1e-3
+
+
+def test_overrides_of_every_kind_reach_the_configuration(write):
+    variant = (
+        "[variants.odd]\n"
+        "layer_norm = false\n"
+        "actor_hidden_sizes = [8, 4]\n"
+        'low_level_representation = "proprio"\n'
+        "low = {regularizer = {weight = 0.5}, layer_norm = true}\n"
+    )
+    text = write().read_text().replace('"gcivl", ', "")
+    suite = spec.read(write(text + variant))
+    command = cli.parse(jobs.training(suite, suite.cells()[0], OUT).arguments)
+    assert command.variant == "odd"
+    assert command.agent.actor_hidden_sizes == (8, 4)
+    assert command.agent.low_level_representation == "proprio"
+    assert not command.agent.layer_norm
+    assert command.agent.low.layer_norm
+    assert command.agent.low.regularizer.weight == 0.5

@@ -1,0 +1,52 @@
+"""Recorded episodes are those of the evaluation, and replay in the environment."""
+
+import dataclasses
+
+import jax
+import numpy as np
+import pytest
+
+from pigbench import envs
+from pigbench.envs.environment import CubeEnv
+from pigbench.envs.tasks import Task
+from pigbench.training.evaluate import Evaluation, make_evaluator
+from pigbench.training.recording import record
+
+SOLVED = Task("solved", ((0.4, 0.0),), ((0.4, 0.0),))
+FAR = Task("far", ((0.4, 0.2),), ((0.4, -0.2),))
+
+
+class Drawn:
+    """An agent whose actions are random."""
+
+    def act(self, params, observations, goals, key):
+        return jax.random.uniform(key, (len(observations), 5), minval=-1, maxval=1)
+
+
+@pytest.fixture(scope="module")
+def env() -> CubeEnv:
+    single = envs.make("cube-single")
+    spec = dataclasses.replace(single.spec, tasks=(SOLVED, FAR), episode_length=6)
+    return CubeEnv(spec, single.physics)
+
+
+def test_the_evaluations_episodes(env):
+    evaluation = Evaluation(episodes=2, seed=3)
+    outcome = make_evaluator(env, Drawn(), evaluation)(None, print)
+    reports = []
+    recordings = record(env, Drawn(), None, evaluation, reports.append)
+    assert [recording.task for recording in recordings] == [1, 1, 2, 2]
+    assert [recording.success for recording in recordings] == list(outcome.success.ravel())
+    steps = [len(recording.qpos) - 1 for recording in recordings]
+    assert steps == list(outcome.length.ravel()) == [1, 1, 6, 6]
+    assert reports == [6]
+    for recording in recordings:
+        target = 0.0 if recording.task == 1 else -0.2
+        np.testing.assert_allclose(recording.target, [[0.4, target, 0.02]], atol=1e-6)
+        cube = recording.qpos[0, 14:17]  # the start is jittered by 1 cm
+        np.testing.assert_allclose(
+            cube, [0.4, 0.0 if recording.task == 1 else 0.2, 0.02], atol=0.011
+        )
+        # The arm moves with every step, and no pose comes twice.
+        assert np.all(np.abs(np.diff(recording.qpos[:, :6], axis=0)).max(axis=1) > 1e-3)
+    assert not np.array_equal(recordings[2].qpos, recordings[3].qpos)
