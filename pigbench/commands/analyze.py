@@ -12,7 +12,7 @@ from pigbench.analysis.residuals import Residuals, by_mode, measure
 from pigbench.data import dataset
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
-from pigbench.report.tables import markdown_grid
+from pigbench.report.formats import markdown_grid
 from pigbench.support import files
 from pigbench.training.restore import restore
 

@@ -11,7 +11,7 @@ from pigbench import agents
 from pigbench.bench import training
 from pigbench.bench.timing import Contender, Timing, alternate
 from pigbench.errors import UserError
-from pigbench.report.tables import markdown_grid
+from pigbench.report.formats import markdown_grid
 from pigbench.support import files
 from pigbench.support.progress import Progress
 from pigbench.training.provenance import surroundings

@@ -11,6 +11,7 @@ import tyro
 
 from pigbench import envs
 from pigbench.data import dataset
+from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.errors import UserError, lookup, unknown_name
@@ -78,11 +79,10 @@ class Render:
         env = envs.make(self.source, engine=self.engine)
         task = _task(env, 1 if self.task is None else self.task)
         state = jax.jit(env.reset_task)(jax.random.key(self.seed), task)
+        physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
+        qpos, goal = np.asarray(physics_state.qpos), np.asarray(state.info["target"])
         with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
-            picture = renderer.draw(
-                np.asarray(state.pipeline_state.qpos),  # pyright: ignore
-                np.asarray(state.info["target"]),
-            )
+            picture = renderer.draw(qpos, goal)
         pictures.write_png(self.out, picture)
 
     def _run(self) -> None:

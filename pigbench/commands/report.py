@@ -23,7 +23,8 @@ def _results(runs: tuple[Path, ...]) -> list[Result]:
     return stats.read_results(read_run(run) for run in runs)
 
 
-def _order() -> tuple[str, ...]:
+def order() -> tuple[str, ...]:
+    """The order of names in tables and figures: as they are registered."""
     return (*agents.names(), *envs.names())
 
 
@@ -48,7 +49,7 @@ class Table:
         """Print the tables."""
         makers = [lookup("table", tables.TABLES, name) for name in self.show]
         results = _results(self.runs)
-        made = [make(results, order=_order(), scoring=self.scoring) for make in makers]
+        made = [make(results, order=order(), scoring=self.scoring) for make in makers]
         print(tables.render_all(made, self.format))
 
 
@@ -69,6 +70,6 @@ class Plot:
     def run(self) -> None:
         """Draw the picture."""
         plots.plot(
-            _results(self.runs), self.out, kind=self.kind, order=_order(), scoring=self.scoring
+            _results(self.runs), self.out, kind=self.kind, order=order(), scoring=self.scoring
         )
         print(f"{self.out} is drawn")

@@ -1,7 +1,9 @@
 """`pigbench suite`: many trainings as one job."""
 
 import dataclasses
+import itertools
 import os
+import signal
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -10,9 +12,11 @@ import tyro
 
 from pigbench import cli, envs, plugins
 from pigbench.agents import AgentConfig
+from pigbench.commands.report import order
 from pigbench.errors import UserError, lookup
 from pigbench.report import plots, stats, tables
-from pigbench.report.tables import markdown_grid
+from pigbench.report.formats import markdown_grid
+from pigbench.report.stats import Result
 from pigbench.suite import estimate, jobs, runner, spec
 from pigbench.suite.spec import Suite
 from pigbench.suite.status import (
@@ -27,9 +31,11 @@ from pigbench.support import files
 from pigbench.support.compare import require_same
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress, duration
+from pigbench.training.run import read_run
 
 KEPT = "suite.json"
 _LAST_LINES = 3
+_FORMATS = {"markdown": "md", "latex": "tex", "csv": "csv"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,6 +66,7 @@ class RunSuite:
         if self.dry_run:
             _print_plan(suite, self.out, estimate.estimate(suite, configs, self.out), self.jobs)
             return
+        signal.signal(signal.SIGTERM, _stop)
         with only_writer(self.out):
             spec.write(self.out / KEPT, suite)
             failed = _generate(suite, self.out)
@@ -81,6 +88,11 @@ class SuiteStatus:
     def run(self) -> None:
         """Print a line a cell."""
         _print_status(spec.read_kept(self.out / KEPT), self.out)
+
+
+def _stop(number: int, _: object) -> None:
+    """Ends this process as the signal would, but not before the trainings are told to end too."""
+    sys.exit(128 + number)
 
 
 def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
@@ -213,15 +225,19 @@ def _explain(failed: Iterable[tuple[str, int]], out: Path) -> None:
 
 
 def _report(suite: Suite, out: Path) -> None:
-    """Tables and figures of the cells that have been evaluated."""
-    runs = [out / one.cell.name for one in status(suite, out) if one.success is not None]
+    """Tables and figures of the cells that are done."""
+    runs = [out / one.cell.name for one in status(suite, out) if one.state == DONE]
     if not runs:
         return
     results = stats.read_results(read_run(run) for run in runs)
-    made = [make(results, order=_order()) for make in (tables.method_table, tables.task_table)]
-    for style, extension in (("markdown", "md"), ("latex", "tex"), ("csv", "csv")):
-        text = "\n".join(tables.render(table, style) for table in made)
-        files.write_text(out / f"tables.{extension}", text)
-    plots.plot_curves(results, out / "curves.png", order=_order())
-    plots.plot_curves(results, out / "curves.pdf", order=_order())
+    made = [make(results, order=order()) for make in tables.TABLES.values()]
+    for style, extension in _FORMATS.items():
+        files.write_text(out / f"tables.{extension}", tables.render_all(made, style))
+    kinds = [kind for kind in plots.KINDS if kind != "columns" or _has_low_levels(results)]
+    for kind, extension in itertools.product(kinds, ("png", "pdf")):
+        plots.plot(results, out / f"{kind}.{extension}", kind=kind, order=order())
     print(f"tables and figures lie in {out}")
+
+
+def _has_low_levels(results: Iterable[Result]) -> bool:
+    return any(result.representation is not None for result in results)

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,7 +16,7 @@ from matplotlib.ticker import EngFormatter, MaxNLocator
 from pigbench.errors import lookup
 from pigbench.support import files
 
-_LOOK = {
+_LOOK: dict[Any, Any] = {
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.spines.right": False,
@@ -58,8 +59,12 @@ def file_format(path: Path) -> str:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Writes the figure, in the format that the extension tells. Same figure, same bytes."""
+    """Writes the figure, in the format that the extension tells. Same figure, same bytes.
+
+    Makes the file's folder if need be. Raises UserError when the format is unknown.
+    """
     extension = file_format(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
     with files.replacing_file(path) as file:
         figure.savefig(file, format=extension, metadata=_METADATA.get(extension))
 

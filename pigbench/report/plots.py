@@ -36,8 +36,3 @@ def plot(
     draw = lookup("kind of picture", KINDS, kind)
     with canvas.look():
         canvas.save(draw(results, order, scoring or Scoring()), path)
-
-
-def plot_curves(results: Sequence[Result], path: Path, *, order: Sequence[str] = ()) -> None:
-    """As `plot`: the learning curves."""
-    plot(results, path, order=order)

@@ -18,7 +18,7 @@ Task = tuple[int, str]  # number and name
 
 
 class Checkpoint(NamedTuple):
-    """A choice of training steps from a cell's curve, and how a caption words it."""
+    """A choice of steps from a cell's curve, none where it is too short, and its words."""
 
     choose: Callable[[Curve], Sequence[int]]
     wording: str
@@ -26,12 +26,7 @@ class Checkpoint(NamedTuple):
 
 def _last_three(curve: Curve) -> list[int]:
     trained = [step for step in curve if step > 0]
-    if len(trained) < _AVERAGED:
-        raise UserError(
-            f"only {len(trained)} evaluations of trained policies: 'last-three' needs three; "
-            "use 'last'"
-        )
-    return trained[-_AVERAGED:]
+    return trained[-_AVERAGED:] if len(trained) >= _AVERAGED else []
 
 
 CHECKPOINTS: Mapping[str, Checkpoint] = {
@@ -102,6 +97,11 @@ def _rates(results: Sequence[Result], scoring: Scoring, task: Task | None = None
     """The success rate of each result, (runs,), on one task or on all."""
     stats.require_level(results)
     steps = CHECKPOINTS[scoring.checkpoint].choose(stats.success_curve(results))
+    if not steps:
+        raise UserError(
+            f"{results[0].run.path} has too few evaluations for checkpoint "
+            f"{scoring.checkpoint!r}: use 'last'"
+        )
     rates = [
         [
             stats.success_rate(

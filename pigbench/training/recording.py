@@ -7,7 +7,8 @@ import jax
 import numpy as np
 
 from pigbench.agents import Agent, Params
-from pigbench.envs import CubeEnv
+from pigbench.envs import CubeEnv, State
+from pigbench.envs.physics import PhysicsState
 from pigbench.training import evaluate
 from pigbench.training.evaluate import Evaluation, Report, Rollout
 
@@ -30,13 +31,13 @@ def record(
 
     def step(rollout: Rollout, _: None) -> tuple[Rollout, jax.Array]:
         rollout = evaluate.step(env, agent, params, rollout)
-        return rollout, rollout.states.pipeline_state.qpos  # pyright: ignore[reportOptionalMemberAccess,reportAttributeAccessIssue]
+        return rollout, _qpos(rollout.states)
 
     chunk = min(_CHUNK, env.episode_length)
     advance = jax.jit(partial(jax.lax.scan, step, length=chunk))
     rollout = jax.jit(partial(evaluate.begin, env, evaluation))()
     first = rollout.states
-    chunks = [np.asarray(first.pipeline_state.qpos)[None]]  # pyright: ignore[reportOptionalMemberAccess,reportAttributeAccessIssue]
+    chunks = [np.asarray(_qpos(first))[None]]
     while rollout.time < env.episode_length and not rollout.states.done.all():
         rollout, qpos = advance(rollout)
         chunks.append(np.asarray(qpos))
@@ -53,3 +54,8 @@ def record(
         )
         for i in range(len(lengths))
     ]
+
+
+def _qpos(states: State) -> jax.Array:
+    physics_states: PhysicsState = states.pipeline_state  # pyright: ignore[reportAssignmentType]
+    return physics_states.qpos

@@ -92,3 +92,33 @@ def test_a_registered_method_is_found(monkeypatch):
 def test_a_configuration_of_another_agent_is_refused():
     with pytest.raises(UserError, match="'gcivl' is configured by GCIVLConfig, not by AgentConfig"):
         agents.build("gcivl", agents.AgentConfig(), observation_size=1, action_size=1, layout={})
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in agents.names() if name not in {"gcbc", "crl", "sharsa", "dsharsa"}]
+)
+def test_state_values_know_the_goal_and_the_state(name):
+    """One number a pair; in a quasimetric 0 at the goal itself, and never above."""
+    agent = agents.build(
+        name,
+        agents.get(name).preset("cpu"),
+        observation_size=4,
+        action_size=2,
+        layout={"joint_pos": slice(0, 4)},
+    )
+    params = jax.jit(agent.init)(jax.random.key(0))
+    states, goals = jax.random.normal(jax.random.key(1), (2, 7, 4))
+    values = jax.jit(agent.state_values)(params, states, goals)
+    assert values.shape == (7,)
+    assert len(set(values.tolist())) == 7
+    if "qrl" in name:
+        assert values.max() < 0
+        assert jnp.abs(agent.state_values(params, goals, goals)).max() == 0
+
+
+def test_methods_without_a_state_value_say_so():
+    agent = agents.build(
+        "gcbc", agents.get("gcbc").config, observation_size=4, action_size=2, layout={}
+    )
+    with pytest.raises(UserError, match="learns no value"):
+        agent.state_values({}, jnp.zeros((1, 4)), jnp.zeros((1, 4)))

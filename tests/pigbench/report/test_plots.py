@@ -51,6 +51,11 @@ def test_the_extension_tells_the_format_and_bytes_repeat(tmp_path, results, kind
     assert (tmp_path / name).read_bytes() == first
 
 
+def test_the_folder_is_made(tmp_path, results):
+    plots.plot(results, tmp_path / "new" / "folder" / "curves.png")
+    assert (tmp_path / "new" / "folder" / "curves.png").exists()
+
+
 def test_unknown_names_offer_the_nearest(tmp_path, results):
     with pytest.raises(UserError, match=r"unknown picture format 'pgn'.*did you mean 'pn?g"):
         plots.plot(results, tmp_path / "curves.pgn")

@@ -1,0 +1,89 @@
+"""Residuals of value functions whose gradients are known."""
+
+import numpy as np
+import pytest
+
+from pigbench import cli
+from pigbench.agents import GoalMixture, Sampling
+from pigbench.analysis.residuals import by_mode, measure
+from pigbench.data.sampler import Rows
+from pigbench.errors import UserError
+
+LAYOUT = {
+    "effector_pos": slice(0, 3),
+    "gripper_contact": slice(3, 4),
+    "cube_0_pos": slice(4, 7),
+}
+SLOPES = np.array([0.0, 3.0, 0.0, 0.0, 4.0, 0.0, 0.0])
+STEP = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+class Linear:
+    """V(s, g) = slopes . (s - g)."""
+
+    layout = LAYOUT
+    sampling = Sampling(
+        value_goals=GoalMixture(0.0, 1.0, 0.0, geometric=False),
+        actor_goals=GoalMixture(0.0, 1.0, 0.0, geometric=False),
+        discount=0.9,
+    )
+
+    def state_values(self, params, observations, goals):
+        return (observations - goals) @ params
+
+
+@pytest.fixture
+def rows() -> Rows:
+    """An episode that moves by `STEP`; in its second half the cube is between the fingers."""
+    states = np.arange(40)[:, None] * STEP
+    states[:, 4:7] = states[:, :3] + np.where(np.arange(40) < 20, 1.0, 0.1)[:, None]
+    states[20:, 3] = 1.0
+    # The cube's jump between the halves is no motion along STEP: an episode ends there.
+    ends = np.isin(np.arange(40), [19, 39])
+    return Rows.create(states.astype(np.float32), np.zeros((40, 5), np.float32), ends)
+
+
+def test_residuals_of_a_linear_value(rows):
+    """Norm 5; of its square 9 parts in 25 along the robot; the slope along the motion by hand."""
+    modes, residuals = measure(Linear(), SLOPES, rows, samples=300, seed=0)
+    assert set(modes) == {"free", "holding"}
+    np.testing.assert_allclose(residuals.gradient, 5.0, rtol=1e-6)
+    np.testing.assert_allclose(residuals.eikonal, (5 - 1) ** 2, rtol=1e-6)
+    np.testing.assert_allclose(residuals.robot, 9 / 25, rtol=1e-6)
+    np.testing.assert_allclose(residuals.object, 16 / 25, rtol=1e-6)
+    # Robot and cube both move by 0.5 in y: u = (0, 1, 0, 0, 0, 1, 0) / sqrt(2), slope 3 / sqrt(2).
+    np.testing.assert_allclose(residuals.hjb, (1 - 3 / np.sqrt(2)) ** 2, rtol=1e-4)
+
+
+def test_a_value_that_is_flat_has_no_shares(rows):
+    modes, residuals = measure(Linear(), np.zeros(7), rows, samples=10, seed=0)
+    np.testing.assert_allclose(residuals.eikonal, 1.0)
+    assert np.isnan(residuals.object).all()
+    assert all(len(values) == 0 for values in by_mode(modes, residuals.object).values())
+
+
+def test_a_run_is_analyzed(tmp_path, capsys):
+    data, run = tmp_path / "data", tmp_path / "run"
+    generate = ["generate", "cube-single", "--out", str(data), "--episodes", "2"]
+    cli.run([*generate, "--episode-length", "101", "--validation-episodes", "0"])
+    small = [*("--preset", "cpu", "--steps", "2", "--evaluation.episodes", "1")]
+    sizes = ["--agent.value-hidden-sizes", "8", "--agent.actor-hidden-sizes", "8"]
+    train = ["train", "gcivl", "--data", str(data), "--out", str(run), *small, *sizes]
+    cli.run(train)
+    capsys.readouterr()
+    cli.run(["analyze", str(run), "--data", str(data), "--samples", "500"])
+    printed = capsys.readouterr().out
+    assert (run / "analysis/residuals.md").read_text() in printed
+    assert (run / "analysis/residuals.png").stat().st_size > 10_000
+    shares = [float(line.split("|")[2]) for line in printed.splitlines()[2:5] if "|" in line]
+    assert sum(shares) == pytest.approx(100, abs=0.2)
+
+
+def test_a_method_without_a_value_is_refused(tmp_path):
+    data, run = tmp_path / "data", tmp_path / "run"
+    generate = ["generate", "cube-single", "--out", str(data), "--episodes", "1"]
+    cli.run([*generate, "--episode-length", "31", "--validation-episodes", "0"])
+    small = ["--preset", "cpu", "--steps", "1", "--evaluation.episodes", "1"]
+    cli.run(["train", "gcbc", "--data", str(data), "--out", str(run), *small])
+    with pytest.raises(UserError, match=r"learns no value V\(s, g\)"):
+        cli.run(["analyze", str(run), "--data", str(data)])

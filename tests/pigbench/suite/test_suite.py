@@ -1,0 +1,131 @@
+"""A suite from nothing to its tables, cut off, resumed, with a cell that fails."""
+
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from pigbench import cli
+from pigbench.errors import UserError
+
+TINY = """
+preset = "cpu"
+methods = ["gcbc", "gcivl"]
+seeds = [0, 1]
+agent = {batch_size = 8, actor_hidden_sizes = [8], value_hidden_sizes = [8]}
+data = {validation_episodes = 0}
+evaluation = {every = 3, episodes = 1}
+
+[[environments]]
+name = "cube-single"
+transitions = 10
+steps = 6
+"""
+CELLS = ("gcbc/0", "gcivl/0", "gcbc/1", "gcivl/1")
+
+
+def pigbench(*arguments: object) -> subprocess.Popen[str]:
+    command = [sys.executable, "-P", "-m", "pigbench", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def states(out: Path, capsys) -> dict[str, str]:
+    capsys.readouterr()
+    cli.run(["suite", "status", str(out)])
+    rows = [line.split("|") for line in capsys.readouterr().out.splitlines()[2:]]
+    return {row[1].strip().removeprefix("cube-single/"): row[2].strip() for row in rows}
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("suite") / "tiny.toml"
+    path.write_text(TINY)
+    return path
+
+
+@pytest.fixture(scope="module")
+def out(file) -> Path:
+    """A suite that was killed with its first cell under way, then run to its end.
+
+    Of its cells one fails, because another run lies in its folder.
+    """
+    out = file.parent / "out"
+    foreign = out / "cube-single/gcivl/1"
+    foreign.mkdir(parents=True)
+    (foreign / "config.json").write_text("{}")
+    first = pigbench("suite", file, "--out", out, "--jobs", "1")
+    while not (out / "cube-single/gcbc/0/config.json").exists():
+        assert first.poll() is None, first.communicate()
+        time.sleep(0.05)
+    first.send_signal(signal.SIGTERM)
+    first.communicate()
+    second = pigbench("suite", file, "--out", out, "--jobs", "2")
+    output, errors = second.communicate()
+    assert second.returncode == 1, errors
+    assert "cube-single/gcivl/1 failed with exit status 2" in errors
+    assert "config.json is torn" in errors
+    (out / "output").write_text(output)
+    return out
+
+
+def test_all_but_the_failing_cell_are_done(out, capsys):
+    assert states(out, capsys) == dict.fromkeys(CELLS, "done") | {"gcivl/1": "failed"}
+
+
+def test_tables_and_figures_are_those_of_the_cells_that_are_done(out):
+    table = (out / "tables.md").read_text()
+    assert "| gcbc" in table
+    assert "| gcivl" in table
+    assert (out / "tables.tex").read_text().startswith(r"\documentclass")
+    assert {path.name for path in out.glob("*.png")} == {
+        "curves.png",
+        "bars.png",
+        "box.png",
+        "profile.png",
+    }
+
+
+def test_a_mended_cell_is_done_and_the_others_are_left_alone(out, file, tmp_path, capsys):
+    copy = tmp_path / "copy"
+    shutil.copytree(out, copy)
+    shutil.rmtree(copy / "cube-single/gcivl/1")
+    logs = {path: path.read_bytes() for path in (copy / "logs/cube-single").rglob("*.log")}
+    cli.run(["suite", str(file), "--out", str(copy), "--jobs", "1"])
+    assert states(copy, capsys) == dict.fromkeys(CELLS, "done")
+    changed = {path for path, content in logs.items() if path.read_bytes() != content}
+    assert changed == {copy / "logs/cube-single/gcivl/1.log"}
+
+
+def test_a_suite_may_grow_but_not_change(out, file, tmp_path):
+    other = tmp_path / "other.toml"
+    other.write_text(TINY.replace("every = 3", "every = 2"))
+    with pytest.raises(UserError, match=r"evaluation\.every is 3 there and 2 now"):
+        cli.run(["suite", str(other), "--out", str(out)])
+
+
+def test_a_dry_run_does_nothing_but_tell(file, tmp_path, capsys):
+    cli.run(["suite", str(file), "--out", str(tmp_path / "new"), "--dry-run", "--jobs", "3"])
+    told = capsys.readouterr().out
+    assert all(f"cube-single/{cell}" in told for cell in CELLS)
+    assert "3 at once shorten that by at most 3 times" in told
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ('"gcbc"', '"gcbb"', "unknown method 'gcbb'"),
+        ('"cube-single"', '"cube-singel"', "unknown environment 'cube-singel'"),
+        ("batch_size", "bach_size", r"--agent\.bach-size"),
+        ("batch_size = 8", "batch_size = 0", "batch_size is 0"),
+    ],
+)
+def test_what_no_cell_could_run_with_is_said_at_once(tmp_path, old, new, complaint):
+    file = tmp_path / "bad.toml"
+    file.write_text(TINY.replace(old, new))
+    with pytest.raises(UserError, match=complaint):
+        cli.run(["suite", str(file), "--out", str(tmp_path / "out"), "--dry-run"])
