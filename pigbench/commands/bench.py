@@ -7,8 +7,8 @@ from pathlib import Path
 import jax
 import tyro
 
-from pigbench import agents
-from pigbench.bench import training
+from pigbench import agents, envs
+from pigbench.bench import peers, simulation, training
 from pigbench.bench.timing import Contender, Timing, alternate
 from pigbench.errors import UserError
 from pigbench.report.formats import markdown_grid
@@ -73,6 +73,95 @@ class Train:
             )
         )
         _save(self.json, self, timings)
+
+
+@dataclasses.dataclass(frozen=True)
+class Generate:
+    """Time data generation beside OGBench's generator, which must be installed."""
+
+    environment: str = "cube-double"
+    """Environment."""
+    simulations: int = 100
+    """Simulations at once."""
+    physics: tuple[str, ...] = ("exact", "fast")
+    """Physics profiles."""
+    engine: str = envs.DEFAULT_ENGINE
+    """Physics engine."""
+    stacking: float = 0.125
+    """How probably one of OGBench's targets lies on another cube."""
+    turns: Turns = dataclasses.field(default_factory=Turns)
+    """How the contenders take turns."""
+    json: Path | None = None
+    """File for the result as JSON, with machine and versions."""
+
+    def run(self) -> None:
+        """Measure and print a table."""
+        ours = [
+            simulation.generation(
+                envs.make(self.environment, engine=self.engine, profile=profile),
+                self.simulations,
+                name=f"pigbench {profile}",
+            )
+            for profile in self.physics
+        ]
+        theirs = peers.generation(self.environment, stacking=self.stacking)
+        timings = _measure("bench generate", [theirs, *ours], self.turns)
+        _print_rates(timings)
+        _save(self.json, self, timings)
+
+
+@dataclasses.dataclass(frozen=True)
+class Evaluate:
+    """Time the evaluation of a fresh policy beside OGBench's environments, one at a time."""
+
+    environment: str = "cube-double"
+    """Environment."""
+    method: str = "gcivl"
+    """Method whose policy acts."""
+    preset: str = "cpu"
+    """Preset of hyper-parameters: cpu or paper."""
+    episodes: int = 10
+    """Episodes of each task, all at once."""
+    physics: tuple[str, ...] = ("exact", "fast")
+    """Physics profiles."""
+    engine: str = envs.DEFAULT_ENGINE
+    """Physics engine."""
+    turns: Turns = dataclasses.field(default_factory=Turns)
+    """How the contenders take turns; a turn is one evaluation at least."""
+    json: Path | None = None
+    """File for the result as JSON, with machine and versions."""
+
+    def run(self) -> None:
+        """Measure and print a table."""
+        environments = {
+            profile: envs.make(self.environment, engine=self.engine, profile=profile)
+            for profile in self.physics
+        }
+        ours = [
+            simulation.evaluation(
+                env, self.episodes, self.method, self.preset, name=f"pigbench {profile}"
+            )
+            for profile, env in environments.items()
+        ]
+        theirs = peers.evaluation(envs.make(self.environment), self.method, self.preset)
+        timings = _measure("bench evaluate", [theirs, *ours], self.turns)
+        _print_rates(timings)
+        _save(self.json, self, timings)
+
+
+def _print_rates(timings: Mapping[str, Timing]) -> None:
+    """Control steps a second, and how many times the peer's."""
+    lines = [
+        (
+            name,
+            f"{1 / timing.median:,.0f}",
+            f"{timings[peers.NAME].ratio(timing):.1f}",
+            f"{timing.first:.1f}",
+        )
+        for name, timing in timings.items()
+    ]
+    header = ("", "control steps a second", f"times {peers.NAME}", "s of the first call")
+    print(markdown_grid([header, *lines]))
 
 
 def _measure(task: str, contenders: list[Contender], turns: Turns) -> Mapping[str, Timing]:

@@ -35,18 +35,18 @@ def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> N
     missing = writer.missing()
     total = sum(shard.episodes for shard in spec.plan()) * spec.rows_per_episode
     remaining = sum(shard.episodes for shard in missing) * spec.rows_per_episode
-    begin = jax.jit(jax.vmap(partial(_begin, env, policy)))
-    run = jax.jit(partial(_run, env, policy, steps=_chunk(spec.rows_per_episode)))
+    begin_all = jax.jit(jax.vmap(partial(begin, env, policy)))
+    run_chunk = jax.jit(partial(run, env, policy, steps=_chunk(spec.rows_per_episode)))
     dropped = 0
     with Progress("generate", total=total, unit="transitions", done=total - remaining) as progress:
         for shard in missing:
             place = np.arange(spec.episodes_per_shard)
             shard_key = jax.random.fold_in(jax.random.key(spec.seed), shard.number)
             keys = jax.vmap(partial(jax.random.fold_in, shard_key))(place)
-            simulations = begin(keys, place >= shard.episodes)
+            simulations = begin_all(keys, place >= shard.episodes)
             chunks = []
             for _ in range(spec.rows_per_episode // _chunk(spec.rows_per_episode)):
-                simulations, chunk = run(simulations)
+                simulations, chunk = run_chunk(simulations)
                 chunks.append(jax.device_get(chunk))
                 note = f"{shard.name}, {dropped} episodes dropped"
                 progress.advance(shard.episodes * _chunk(spec.rows_per_episode), note)
@@ -61,13 +61,14 @@ def _chunk(rows: int) -> int:
     return max(steps for steps in range(1, _LONGEST_CHUNK + 1) if rows % steps == 0)
 
 
-def _begin(env: CubeEnv, policy: Policy, key: jax.Array, vacant: jax.Array) -> Simulation:
+def begin(env: CubeEnv, policy: Policy, key: jax.Array, vacant: jax.Array) -> Simulation:
+    """An episode at its start: a random scene, and the policy's first plan for it."""
     scene_key, policy_key, key = jax.random.split(key, 3)
     physics = env.random_scene(scene_key)
     return Simulation(key, physics, policy.reset(policy_key, physics), vacant)
 
 
-def _run(
+def run(
     env: CubeEnv, policy: Policy, simulations: Simulation, *, steps: int
 ) -> tuple[Simulation, dict[str, jax.Array]]:
     """Advance a batch of simulations; also the rows, by field, (steps, batch, ...)."""

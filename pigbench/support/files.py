@@ -47,9 +47,11 @@ def _is_full_disk(error: Exception) -> bool:
 def replacing_file(path: Path) -> Iterator[BinaryIO]:
     """A file to write; it takes the place of `path` when the block ends without an error.
 
-    Raises UserError when the disk is full.
+    Raises UserError when there is no folder for it or the disk is full.
     """
     temporary = temporary_path(path)
+    if not path.parent.is_dir():
+        raise UserError(f"{path} cannot be written: there is no folder {path.parent}")
     with explaining_full_disk(path):
         try:
             with open(temporary, "wb") as file:

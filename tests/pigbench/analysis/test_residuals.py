@@ -7,7 +7,6 @@ from pigbench import cli
 from pigbench.agents import GoalMixture, Sampling
 from pigbench.analysis.residuals import by_mode, measure
 from pigbench.data.sampler import Rows
-from pigbench.errors import UserError
 
 LAYOUT = {
     "effector_pos": slice(0, 3),
@@ -77,13 +76,3 @@ def test_a_run_is_analyzed(tmp_path, capsys):
     assert (run / "analysis/residuals.png").stat().st_size > 10_000
     shares = [float(line.split("|")[2]) for line in printed.splitlines()[2:5] if "|" in line]
     assert sum(shares) == pytest.approx(100, abs=0.2)
-
-
-def test_a_method_without_a_value_is_refused(tmp_path):
-    data, run = tmp_path / "data", tmp_path / "run"
-    generate = ["generate", "cube-single", "--out", str(data), "--episodes", "1"]
-    cli.run([*generate, "--episode-length", "31", "--validation-episodes", "0"])
-    small = ["--preset", "cpu", "--steps", "1", "--evaluation.episodes", "1"]
-    cli.run(["train", "gcbc", "--data", str(data), "--out", str(run), *small])
-    with pytest.raises(UserError, match=r"learns no value V\(s, g\)"):
-        cli.run(["analyze", str(run), "--data", str(data)])

@@ -15,7 +15,7 @@ from pigbench.errors import UserError
 TINY = """
 preset = "cpu"
 methods = ["gcbc", "gcivl"]
-seeds = [0, 1]
+seeds = [0]
 agent = {batch_size = 8, actor_hidden_sizes = [8], value_hidden_sizes = [8]}
 data = {validation_episodes = 0}
 evaluation = {every = 3, episodes = 1}
@@ -25,7 +25,7 @@ name = "cube-single"
 transitions = 10
 steps = 6
 """
-CELLS = ("gcbc/0", "gcivl/0", "gcbc/1", "gcivl/1")
+CELLS = ("gcbc/0", "gcivl/0")
 
 
 def pigbench(*arguments: object) -> subprocess.Popen[str]:
@@ -54,7 +54,7 @@ def out(file) -> Path:
     Of its cells one fails, because another run lies in its folder.
     """
     out = file.parent / "out"
-    foreign = out / "cube-single/gcivl/1"
+    foreign = out / "cube-single/gcivl/0"
     foreign.mkdir(parents=True)
     (foreign / "config.json").write_text("{}")
     first = pigbench("suite", file, "--out", out, "--jobs", "1")
@@ -66,20 +66,20 @@ def out(file) -> Path:
     second = pigbench("suite", file, "--out", out, "--jobs", "2")
     output, errors = second.communicate()
     assert second.returncode == 1, errors
-    assert "cube-single/gcivl/1 failed with exit status 2" in errors
+    assert "cube-single/gcivl/0 failed with exit status 2" in errors
     assert "config.json is torn" in errors
     (out / "output").write_text(output)
     return out
 
 
 def test_all_but_the_failing_cell_are_done(out, capsys):
-    assert states(out, capsys) == dict.fromkeys(CELLS, "done") | {"gcivl/1": "failed"}
+    assert states(out, capsys) == dict.fromkeys(CELLS, "done") | {"gcivl/0": "failed"}
 
 
 def test_tables_and_figures_are_those_of_the_cells_that_are_done(out):
     table = (out / "tables.md").read_text()
     assert "| gcbc" in table
-    assert "| gcivl" in table
+    assert "| gcivl" not in table
     assert (out / "tables.tex").read_text().startswith(r"\documentclass")
     assert {path.name for path in out.glob("*.png")} == {
         "curves.png",
@@ -92,12 +92,12 @@ def test_tables_and_figures_are_those_of_the_cells_that_are_done(out):
 def test_a_mended_cell_is_done_and_the_others_are_left_alone(out, file, tmp_path, capsys):
     copy = tmp_path / "copy"
     shutil.copytree(out, copy)
-    shutil.rmtree(copy / "cube-single/gcivl/1")
+    shutil.rmtree(copy / "cube-single/gcivl/0")
     logs = {path: path.read_bytes() for path in (copy / "logs/cube-single").rglob("*.log")}
     cli.run(["suite", str(file), "--out", str(copy), "--jobs", "1"])
     assert states(copy, capsys) == dict.fromkeys(CELLS, "done")
     changed = {path for path, content in logs.items() if path.read_bytes() != content}
-    assert changed == {copy / "logs/cube-single/gcivl/1.log"}
+    assert changed == {copy / "logs/cube-single/gcivl/0.log"}
 
 
 def test_a_suite_may_grow_but_not_change(out, file, tmp_path):

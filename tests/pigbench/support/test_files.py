@@ -68,7 +68,13 @@ def test_a_full_disk_is_explained(tmp_path, monkeypatch, number):
 
 
 def test_other_errors_of_the_system_pass(tmp_path):
-    with pytest.raises(FileNotFoundError):
+    (tmp_path / "x.txt").mkdir()
+    with pytest.raises(IsADirectoryError):
+        files.write_text(tmp_path / "x.txt", "text")
+
+
+def test_a_missing_folder_is_named(tmp_path):
+    with pytest.raises(UserError, match=r"x\.txt cannot be written: there is no folder .*missing"):
         files.write_text(tmp_path / "missing" / "x.txt", "text")
 
 

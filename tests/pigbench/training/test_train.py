@@ -85,12 +85,11 @@ def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("method", ["hjb-gcivl", "hiql"])
-def test_seeds_trained_together_are_those_trained_alone(method, data, tmp_path):
+def test_seeds_trained_together_are_those_trained_alone(data, tmp_path):
     """To rounding: a batched product adds up in another order, and Adam magnifies it."""
 
     def train(out: Path, *seeds: str) -> None:
-        cli.run(["train", method, "--data", str(data), "--out", str(out), *seeds, *SMALL])
+        cli.run(["train", "hjb-gcivl", "--data", str(data), "--out", str(out), *seeds, *SMALL])
 
     def distance(one: Trained, other: Trained) -> float:
         differences = jax.tree.map(jnp.subtract, one.state.params, other.state.params)
