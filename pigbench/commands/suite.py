@@ -71,8 +71,8 @@ class RunSuite:
             spec.write(self.out / KEPT, suite)
             failed = _generate(suite, self.out)
             failed += _train(suite, self.out, self.jobs, without={name for name, _ in failed})
+            _print_status(suite, self.out)
             _report(suite, self.out)
-        _print_status(suite, self.out)
         if failed:
             _explain(failed, self.out)
             sys.exit(1)
@@ -230,7 +230,12 @@ def _report(suite: Suite, out: Path) -> None:
     if not runs:
         return
     results = stats.read_results(read_run(run) for run in runs)
-    made = [make(results, order=order()) for make in tables.TABLES.values()]
+    several = len({result.run.config.label for result in results}) > 1
+    made = [
+        make(results, order=order())
+        for name, make in tables.TABLES.items()
+        if several or name != "improvement"
+    ]
     for style, extension in _FORMATS.items():
         files.write_text(out / f"tables.{extension}", tables.render_all(made, style))
     kinds = [kind for kind in plots.KINDS if kind != "columns" or _has_low_levels(results)]
