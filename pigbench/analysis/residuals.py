@@ -45,14 +45,15 @@ def measure(
         _measure_batch(agent, params, rows, jax.random.fold_in(jax.random.key(seed), number))
         for number in range(batches)
     ]
-    states, residuals = jax.tree.map(lambda *parts: np.concatenate(parts)[:samples], *measured)
-    return contact_modes(states, agent.layout), residuals
+    states, *columns = (np.concatenate(parts)[:samples] for parts in zip(*measured, strict=True))
+    return contact_modes(states, agent.layout), Residuals(*columns)
 
 
 @partial(jax.jit, static_argnums=0)
 def _measure_batch(
     agent: Agent, params: Params, rows: Rows, key: jax.Array
-) -> tuple[jax.Array, Residuals]:
+) -> tuple[jax.Array, ...]:
+    """States, and the columns of `Residuals`."""
     batch = sampler.sample(key, rows, agent.sampling, _BATCH)
 
     def value(states: jax.Array) -> jax.Array:
@@ -73,8 +74,7 @@ def _measure_batch(
         ).sum(axis=0)
         for kind in (False, True)
     }
-    residuals = Residuals(eikonal, hjb, safe_norm(gradients), shares[False], shares[True])
-    return states, residuals
+    return states, eikonal, hjb, safe_norm(gradients), shares[False], shares[True]
 
 
 def by_mode(modes: np.ndarray, values: np.ndarray) -> Mapping[str, np.ndarray]:

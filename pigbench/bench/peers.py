@@ -53,9 +53,10 @@ def evaluation(ours: CubeEnv, method: str, preset: str) -> Contender:
         for episode in itertools.count():
             task = 1 + episode % ours.num_tasks
             observation, info = env.reset(seed=episode, options={"task_id": task})
-            goal = np.float32(info["goal"])[None]
+            goal = np.asarray(info["goal"], np.float32)[None]
             for key in jax.random.split(jax.random.key(episode), ours.episode_length):
-                actions = act(params, np.float32(observation)[None], goal, key)
+                states = np.asarray(observation, np.float32)[None]
+                actions = act(params, states, goal, key)
                 observation, *_ = env.step(np.asarray(actions[0]))
                 yield
 

@@ -25,6 +25,7 @@ HEADER = (
     "along robot (%)",
     "along object (%)",
 )
+_SCALES = 1, 1, 1, 100, 100
 CAPTION = (
     "Medians over transitions of the data, except the share of each mode. The gradient is that of "
     "the value in the state; along robot and object are the shares of its square."
@@ -70,10 +71,9 @@ class Analyze:
 
 
 def _lines(modes: np.ndarray, residuals: Residuals) -> list[tuple[str, ...]]:
-    scales = Residuals(eikonal=1, hjb=1, gradient=1, robot=100, object=100)
     medians = [
         {mode: scale * np.median(values) for mode, values in by_mode(modes, column).items()}
-        for column, scale in zip(residuals, scales, strict=True)
+        for column, scale in zip(residuals, _SCALES, strict=True)
     ]
     return [
         (

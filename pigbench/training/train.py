@@ -66,14 +66,13 @@ def train(
     with contextlib.ExitStack() as stack:
         checkpoints = [stack.enter_context(Checkpoints(run.checkpoints_path)) for run in runs]
         states = [agents.create(agent, init_key) for init_key, _ in keys]
-        step = common_step(checkpoints)
-        resumed = step is not None
-        if step is None:
-            step = 0
-        else:
+        saved_step = common_step(checkpoints)
+        if saved_step is not None:
             states = [
-                one.restore(fresh, step) for one, fresh in zip(checkpoints, states, strict=True)
+                one.restore(fresh, saved_step)
+                for one, fresh in zip(checkpoints, states, strict=True)
             ]
+        step = saved_step or 0
         logs = [stack.enter_context(MetricsLog(run.path, step=step)) for run in runs]
         progress = stack.enter_context(
             Progress(runs[0].config.method, total=schedule.steps, unit="updates", done=step)
@@ -91,7 +90,7 @@ def train(
                 rates.append(f"{100 * outcome.success.mean():.0f}")
             return f"success {', '.join(rates)} %"
 
-        note = "resumed" if resumed else evaluate_and_save()
+        note = evaluate_and_save() if saved_step is None else "resumed"
         progress.advance(0, note)
         while step < schedule.steps:
             stop = schedule.next_stop(step)
