@@ -5,7 +5,7 @@ import itertools
 import os
 import signal
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import tyro
@@ -18,6 +18,7 @@ from pigbench.report import plots, stats, tables
 from pigbench.report.formats import markdown_grid
 from pigbench.report.stats import Result
 from pigbench.suite import estimate, jobs, runner, spec
+from pigbench.suite.jobs import Job
 from pigbench.suite.spec import Suite
 from pigbench.suite.status import (
     DONE,
@@ -143,22 +144,21 @@ def _generate(suite: Suite, out: Path) -> list[tuple[str, int]]:
         def tell(running: Sequence[str]) -> None:
             progress.advance(0, _last_said(out, running))
 
-        ended = runner.run(
-            todo, workers=1, log=lambda name: log_path(out, name), options=_plugins(), report=tell
-        )
+        failed = _run(todo, out, workers=1, report=tell)
         progress.reach(len(todo))
-    return [(name, code) for name, code in ended.items() if code]
+    return failed
 
 
 def _train(suite: Suite, out: Path, workers: int, *, without: set[str]) -> list[tuple[str, int]]:
     """Train and evaluate the cells that are not done and have their data."""
+    before = status(suite, out)
     todo = [
         jobs.training(suite, cell, out)
-        for cell, state, *_ in status(suite, out)
-        if state != DONE and f"data/{cell.environment.name}" not in without
+        for cell, state, *_ in before
+        if state != DONE and jobs.data_job(cell.environment) not in without
     ]
-    total = sum(cell.environment.steps for cell in suite.cells())
-    with Progress("suite", total=total, unit="updates", done=_done(status(suite, out))) as progress:
+    total = sum(one.cell.environment.steps for one in before)
+    with Progress("suite", total=total, unit="updates", done=_done(before)) as progress:
 
         def tell(running: Sequence[str]) -> None:
             now = status(suite, out)
@@ -166,13 +166,20 @@ def _train(suite: Suite, out: Path, workers: int, *, without: set[str]) -> list[
             note = f"{finished} of {len(now)} cells, {_last_said(out, running)}"
             progress.reach(_done(now), note)
 
-        ended = runner.run(
-            todo,
-            workers=workers,
-            log=lambda name: log_path(out, name),
-            options=_plugins(),
-            report=tell,
-        )
+        return _run(todo, out, workers=workers, report=tell)
+
+
+def _run(
+    todo: Iterable[Job], out: Path, *, workers: int, report: Callable[[Sequence[str]], object]
+) -> list[tuple[str, int]]:
+    """Run jobs of the suite in `out`; the names and exit statuses of those that failed."""
+    ended = runner.run(
+        todo,
+        workers=workers,
+        log=lambda name: log_path(out, name),
+        options=_plugins(),
+        report=report,
+    )
     return [(name, code) for name, code in ended.items() if code]
 
 

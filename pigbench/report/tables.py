@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pigbench.report import comparison, stats
 from pigbench.report.bootstrap import LEVEL
-from pigbench.report.formats import Label, Table, markdown_grid, render, render_all
+from pigbench.report.formats import Label, Table, render, render_all
 from pigbench.report.scoring import Scoring, Task, success, task_success
 from pigbench.report.stats import Estimate, Result
 
@@ -13,7 +13,6 @@ __all__ = [
     "Table",
     "aggregate_table",
     "improvement_table",
-    "markdown_grid",
     "method_table",
     "ordered",
     "render",

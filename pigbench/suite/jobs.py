@@ -32,7 +32,7 @@ def generation(suite: Suite, environment: Environment, out: Path) -> Job:
     }
     if data.validation_episodes is not None:
         options["validation-episodes"] = data.validation_episodes
-    return Job(f"data/{environment.name}", ("generate", environment.name, *_flags(options)))
+    return Job(data_job(environment), ("generate", environment.name, *_flags(options)))
 
 
 def training(suite: Suite, cell: Cell, out: Path) -> Job:
@@ -48,6 +48,11 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
         "evaluation.episodes": suite.evaluation.episodes,
     } | {f"agent.{name}": value for name, value in suite.overrides(cell).items()}
     return Job(cell.name, ("train", cell.method, *_flags(options)))
+
+
+def data_job(environment: Environment) -> str:
+    """The name of the job that makes an environment's data set."""
+    return f"data/{environment.name}"
 
 
 def data_folder(environment: Environment, out: Path) -> Path:

@@ -12,6 +12,7 @@ import pydantic
 
 from pigbench.errors import UserError
 from pigbench.support import files
+from pigbench.support.compare import flatten
 
 READY = Path(__file__).parent / "ready"
 """The folder of suites that come with the package."""
@@ -92,7 +93,7 @@ class Suite:
 
     def overrides(self, cell: "Cell") -> dict[str, Any]:
         """The fields of the agent that the suite sets in a cell, nested ones dotted."""
-        return dict(_flatten(self.agent)) | dict(_flatten(self.variants[cell.variant]))
+        return dict(flatten(self.agent)) | dict(flatten(self.variants[cell.variant]))
 
 
 @dataclass(frozen=True)
@@ -159,13 +160,3 @@ def _explain(error: Any) -> str:
     if error["type"] == "missing":
         return "this field is missing"
     return f"{error['msg']}, not {error['input']!r}"
-
-
-def _flatten(fields: Mapping[str, Any], prefix: str = "") -> Sequence[tuple[str, Any]]:
-    pairs = []
-    for name, value in fields.items():
-        if isinstance(value, Mapping):
-            pairs += _flatten(value, f"{prefix}{name}.")
-        else:
-            pairs.append((prefix + name, value))
-    return pairs

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from pigbench.data import manifest
 from pigbench.errors import UserError
+from pigbench.report.stats import success_rate
 from pigbench.suite import runner
 from pigbench.suite.spec import Cell, Suite
 from pigbench.support.lock import is_held
@@ -76,8 +77,7 @@ def _last_evaluation(folder: Path) -> tuple[int, float] | None:
     except UserError:
         return None
     step = max(row.step for row in rows)
-    successes = [row.success for row in rows if row.step == step]
-    return step, 100 * sum(successes) / len(successes)
+    return step, success_rate([row for row in rows if row.step == step])
 
 
 def _last_step(folder: Path) -> int:

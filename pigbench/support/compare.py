@@ -38,12 +38,13 @@ def require_same(what: str, stored: Mapping[str, Any], wanted: Mapping[str, Any]
 
 def _fields(config: Mapping[str, Any]) -> dict[str, Any]:
     # Through JSON, so that what was read from a file equals what was written: tuples become lists.
-    return dict(_flatten("", json.loads(json.dumps(config))))
+    return dict(flatten(json.loads(json.dumps(config))))
 
 
-def _flatten(prefix: str, config: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+def flatten(config: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """The fields of nested mappings, their names dotted from the outside in."""
     for name, value in config.items():
-        if isinstance(value, dict):
-            yield from _flatten(f"{prefix}{name}.", value)
+        if isinstance(value, Mapping):
+            yield from flatten(value, f"{prefix}{name}.")
         else:
             yield prefix + name, value

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from pigbench.report.formats import markdown_grid
 from pigbench.report.stats import Estimate, estimate
-from pigbench.report.tables import markdown_grid
 from pigbench.toy.fit import Settings
 from pigbench.toy.study import Outcome, grid_states
 

@@ -1,20 +1,13 @@
 """Evaluation against what its episodes must do."""
 
-import dataclasses
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pigbench import agents, envs
-from pigbench.envs.environment import CubeEnv
-from pigbench.envs.tasks import Task
+from pigbench import agents
 from pigbench.errors import UserError
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
-
-SOLVED = Task("solved", ((0.4, 0.0),), ((0.4, 0.0),))
-FAR = Task("far", ((0.4, 0.2),), ((0.4, -0.2),))
 
 
 class Still:
@@ -22,20 +15,6 @@ class Still:
 
     def act(self, params, observations, goals, key):
         return jnp.broadcast_to(params, (len(observations), 5))
-
-
-class Drawn:
-    """An agent whose actions are random."""
-
-    def act(self, params, observations, goals, key):
-        return jax.random.uniform(key, (len(observations), 5), minval=-1, maxval=1)
-
-
-@pytest.fixture(scope="module")
-def env() -> CubeEnv:
-    single = envs.make("cube-single")
-    spec = dataclasses.replace(single.spec, tasks=(SOLVED, FAR), episode_length=6)
-    return CubeEnv(spec, single.physics)
 
 
 def test_success_and_length_are_those_of_the_episodes(env):
@@ -58,9 +37,9 @@ def test_a_diverged_simulation_counts_as_failed(env):
     np.testing.assert_array_equal(outcome.length, 1)
 
 
-def test_episodes_depend_on_seed_task_and_number_alone(env):
-    few = make_evaluator(env, Drawn(), Evaluation(episodes=1, seed=4))
-    many = make_evaluator(env, Drawn(), Evaluation(episodes=3, seed=4))
+def test_episodes_depend_on_seed_task_and_number_alone(env, drawn):
+    few = make_evaluator(env, drawn, Evaluation(episodes=1, seed=4))
+    many = make_evaluator(env, drawn, Evaluation(episodes=3, seed=4))
     for one, other in zip(few(None, print), many(None, print), strict=True):
         np.testing.assert_array_equal(one, other[:, :1])
 

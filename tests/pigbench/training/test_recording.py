@@ -1,40 +1,16 @@
 """Recorded episodes are those of the evaluation, and replay in the environment."""
 
-import dataclasses
-
-import jax
 import numpy as np
-import pytest
 
-from pigbench import envs
-from pigbench.envs.environment import CubeEnv
-from pigbench.envs.tasks import Task
 from pigbench.training.evaluate import Evaluation, make_evaluator
 from pigbench.training.recording import record
 
-SOLVED = Task("solved", ((0.4, 0.0),), ((0.4, 0.0),))
-FAR = Task("far", ((0.4, 0.2),), ((0.4, -0.2),))
 
-
-class Drawn:
-    """An agent whose actions are random."""
-
-    def act(self, params, observations, goals, key):
-        return jax.random.uniform(key, (len(observations), 5), minval=-1, maxval=1)
-
-
-@pytest.fixture(scope="module")
-def env() -> CubeEnv:
-    single = envs.make("cube-single")
-    spec = dataclasses.replace(single.spec, tasks=(SOLVED, FAR), episode_length=6)
-    return CubeEnv(spec, single.physics)
-
-
-def test_the_evaluations_episodes(env):
+def test_the_evaluations_episodes(env, drawn):
     evaluation = Evaluation(episodes=2, seed=3)
-    outcome = make_evaluator(env, Drawn(), evaluation)(None, print)
+    outcome = make_evaluator(env, drawn, evaluation)(None, print)
     reports = []
-    recordings = record(env, Drawn(), None, evaluation, reports.append)
+    recordings = record(env, drawn, None, evaluation, reports.append)
     assert [recording.task for recording in recordings] == [1, 1, 2, 2]
     assert [recording.success for recording in recordings] == list(outcome.success.ravel())
     steps = [len(recording.qpos) - 1 for recording in recordings]
