@@ -2,11 +2,11 @@
 
 from pigbench.envs import physics as engines
 from pigbench.envs.environment import CubeEnv, Spec, State
+from pigbench.envs.physics import default_engine
 from pigbench.envs.scene import build
 from pigbench.envs.tasks import TASKS
 from pigbench.errors import lookup
 
-DEFAULT_ENGINE = engines.DEFAULT_ENGINE
 _SIZES = {
     "cube-single": (1, 200),
     "cube-double": (2, 500),
@@ -25,10 +25,14 @@ def names() -> tuple[str, ...]:
     return tuple(SPECS)
 
 
-def make(name: str, engine: str = DEFAULT_ENGINE, profile: str = "exact") -> CubeEnv:
-    """The environment of that name on a physics engine; UserError for an unknown name."""
+def make(name: str, engine: str | None = None, profile: str = "exact") -> CubeEnv:
+    """The environment of that name; UserError for an unknown name.
+
+    `engine` is one of `physics.ENGINES`, by default the one for JAX's device.
+    """
     spec = lookup("environment", SPECS, name)
-    return CubeEnv(spec, engines.make(engine, build(spec.num_cubes, profile)))
+    scene = build(spec.num_cubes, profile)
+    return CubeEnv(spec, engines.make(engine or default_engine(), scene))
 
 
-__all__ = ["DEFAULT_ENGINE", "SPECS", "CubeEnv", "Spec", "State", "make", "names"]
+__all__ = ["SPECS", "CubeEnv", "Spec", "State", "default_engine", "make", "names"]

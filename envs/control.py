@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 
-from pigbench.envs import kinematics, robot, workspace
+from pigbench.envs import robot, servo, workspace
 from pigbench.envs.observation import gripper_opening
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
@@ -30,8 +30,6 @@ def servo_targets(scene: Scene, state: PhysicsState, action: jax.Array) -> jax.A
     The target is the current pinch pose plus the move, kept inside the workspace.
     """
     target = effector(scene, state) + action * jnp.array(ACTION_SCALE)
-    joints = kinematics.inverse(
-        workspace.PINCH.clip(target[:3]), target[3], near=state.qpos[scene.arm]
-    )
+    joints = servo.joint_targets(workspace.PINCH.clip(target[:3]), target[3], state.qpos[scene.arm])
     gripper = robot.GRIPPER_CONTROL_MAX * jnp.clip(target[4], 0.0, 1.0)
     return jnp.append(joints, gripper)

@@ -1,23 +1,20 @@
 """The cube environment: move every cube to its target, as Brax's `Env` with Brax's `State`."""
 
-import contextlib
-import io
 from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
 
-with contextlib.redirect_stdout(
-    io.StringIO()
-):  # mujoco-mjx prints when its optional warp is absent
-    from brax.envs.base import Env, State
-
 from pigbench.envs import control, kinematics, workspace
 from pigbench.envs.observation import Layout, cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
+from pigbench.envs.quiet import quiet
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
 from pigbench.envs.tasks import Task
+
+with quiet():
+    from brax.envs.base import Env, State
 
 SUCCESS_DISTANCE = 0.04  # metres between a cube and its target
 START_JITTER = 0.01  # metres by which start positions are shifted in x and y

@@ -30,3 +30,36 @@ def nearest_symmetry(yaw: jax.Array, reference: jax.Array, fold: int = 4) -> jax
     """The yaw equal to `yaw` up to the `fold`-fold symmetry of a cube, nearest to `reference`."""
     step = 2 * jnp.pi / fold
     return yaw + step * jnp.round((reference - yaw) / step)
+
+
+def quat_rotation(quat: jax.Array) -> jax.Array:
+    """The rotation matrix (3, 3) of a quaternion (4,) of any length but zero."""
+    w, x, y, z = quat / jnp.sqrt(jnp.sum(quat**2))
+    return jnp.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def axis_rotation(axis: jax.Array, angle: jax.Array) -> jax.Array:
+    """The rotation matrix (3, 3) by `angle` () about a unit `axis` (3,)."""
+    x, y, z = axis
+    across = jnp.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return jnp.eye(3) + jnp.sin(angle) * across + (1 - jnp.cos(angle)) * across @ across
+
+
+def rotation_vector(rotation: jax.Array) -> jax.Array:
+    """Axis times angle (3,) of a rotation matrix (3, 3) by less than half a turn."""
+    twice_sine = jnp.stack(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+    sine = jnp.sqrt(jnp.sum(twice_sine**2)) / 2
+    angle = jnp.arctan2(sine, (jnp.trace(rotation) - 1) / 2)
+    return twice_sine / 2 * jnp.where(sine > 0, angle / jnp.where(sine > 0, sine, 1), 1)

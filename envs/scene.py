@@ -1,14 +1,15 @@
 """The MuJoCo model of robot, floor, walls and cubes, and where all lies in its state vectors.
 
-What collides is what OGBench's own play data ever brings into contact: pads, cubes, floor and
-walls, as explicit pairs. Two profiles of one scene: `exact` gives each finger OGBench's two pad
-boxes, `fast` one box a finger.
+What collides is what OGBench's own play data brings into contact, as explicit pairs: pads, cubes,
+floor, walls and, where a grasp goes wrong, the inside of the gripper. Two profiles of one scene:
+`exact` gives each finger OGBench's two pad boxes, `fast` one box a finger and nothing inside.
 """
 
 # mujoco's compiled modules carry no types.
 # pyright: reportAttributeAccessIssue=false
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -42,13 +43,44 @@ class PadBox:
     friction: float
 
 
-# Profile -> the boxes of one finger pad.
+@dataclass(frozen=True)
+class Inside:
+    """A box inside the gripper: the link it belongs to, half sizes, centre and tilt about x."""
+
+    link: str
+    half_size: robot.Vector
+    pos: robot.Vector
+    tilt: float = 0.0  # radians
+
+
+@dataclass(frozen=True)
+class Profile:
+    """What of the gripper collides: the boxes of one finger's pad, and boxes inside it."""
+
+    pad: tuple[PadBox, ...]
+    inside: tuple[Inside, ...] = ()
+
+
+# Their inner faces are those of OGBench's meshes; the rest of a mesh no cube ever gets at.
+_PALM = Inside("gripper_base", (0.01, 0.0155, 0.01), (0.0, 0.0, 0.08))
+_LINKS = tuple(
+    replace(box, link=f"{side}_{box.link}")
+    for side in ("right", "left")
+    for box in (
+        Inside("spring_link", (0.014, 0.006, 0.0286), (0.0, 0.01865, 0.02168), -0.7108),
+        Inside("follower", (0.007, 0.00275, 0.0233), (0.0, -0.00662, 0.02213), 0.4313),
+    )
+)
+
 PROFILES = {
-    "exact": (
-        PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.028125), 0.7),
-        PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.009375), 0.6),
+    "exact": Profile(
+        pad=(
+            PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.028125), 0.7),
+            PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.009375), 0.6),
+        ),
+        inside=(_PALM, *_LINKS),
     ),
-    "fast": (PadBox((0.011, 0.004, 0.01875), (0, -0.0026, 0.01875), 0.7),),
+    "fast": Profile(pad=(PadBox((0.011, 0.004, 0.01875), (0, -0.0026, 0.01875), 0.7),)),
 }
 
 
@@ -67,7 +99,7 @@ _STIFF, _SOFT = (
     robot.DEFAULT_SOLREF[0],
 )  # contact time constants of cubes and pads, and of the floor
 CUBE_CUBE = Contact((_STIFF, 1.0), robot.DEFAULT_SOLIMP, 1.0)
-CUBE_STATIC = Contact(
+CUBE_OTHER = Contact(
     ((_STIFF + _SOFT) / 2, 1.0), robot.DEFAULT_SOLIMP, 1.0
 )  # MuJoCo mixes equal parts
 
@@ -113,7 +145,7 @@ def build(num_cubes: int, profile: str = "exact") -> Scene:
 
 def describe(num_cubes: int, profile: str) -> mujoco.MjSpec:
     """The scene before it is compiled, as `build` has it."""
-    pad_boxes = lookup("physics profile", PROFILES, profile)
+    gripper = lookup("physics profile", PROFILES, profile)
     spec = mujoco.MjSpec()
     spec.modelname = f"pigbench_{num_cubes}_cubes_{profile}"
     spec.compiler.degree = False
@@ -124,10 +156,9 @@ def describe(num_cubes: int, profile: str) -> mujoco.MjSpec:
     option.impratio = 10.0
 
     _add_statics(spec)
-    _add_robot(spec, pad_boxes)
+    _add_robot(spec, gripper)
     cubes = [_add_cube(spec, i, num_cubes) for i in range(num_cubes)]
-    pads = {f"{side}_pad_{i}": box for side in ("right", "left") for i, box in enumerate(pad_boxes)}
-    _add_contacts(spec, cubes, pads)
+    _add_contacts(spec, cubes, gripper)
     return spec
 
 
@@ -151,7 +182,7 @@ def _add_box(body: mujoco.MjsBody, name: str, half_size, pos=(0, 0, 0), **inerti
     )
 
 
-def _add_robot(spec: mujoco.MjSpec, pad_boxes: tuple[PadBox, ...]) -> None:
+def _add_robot(spec: mujoco.MjSpec, gripper: Profile) -> None:
     bodies = {"world": spec.worldbody}
     for link in robot.LINKS:
         body = bodies[link.parent].add_body(
@@ -170,9 +201,12 @@ def _add_robot(spec: mujoco.MjSpec, pad_boxes: tuple[PadBox, ...]) -> None:
     bodies["gripper_base"].add_site(name="pinch", pos=(0, 0, robot.PINCH_HEIGHT))
     for side in ("right", "left"):
         pad = bodies[f"{side}_pad"]
-        for i, box in enumerate(pad_boxes):
+        for i, box in enumerate(gripper.pad):
             _add_box(pad, f"{side}_pad_{i}", box.half_size, box.pos)
         _close_linkage(spec, side)
+    for box in gripper.inside:
+        quat = (math.cos(box.tilt / 2), math.sin(box.tilt / 2), 0, 0)
+        _add_box(bodies[box.link], f"{box.link}_inside", box.half_size, box.pos, quat=quat)
     _couple_drivers(spec)
     _add_contact_sensor(spec, bodies["right_pad"])
     _add_servos(spec)
@@ -287,10 +321,14 @@ def _add_cube(spec: mujoco.MjSpec, index: int, num_cubes: int) -> str:
     return name
 
 
-def _add_contacts(spec: mujoco.MjSpec, cubes: list[str], pads: dict[str, PadBox]) -> None:
+def _add_contacts(spec: mujoco.MjSpec, cubes: list[str], gripper: Profile) -> None:
+    pads = {
+        f"{side}_pad_{i}": box for side in ("right", "left") for i, box in enumerate(gripper.pad)
+    }
+    inside = [f"{box.link}_inside" for box in gripper.inside]
     for cube in cubes:
-        for static in ("floor", *WALLS):
-            _add_pair(spec, static, cube, CUBE_STATIC)
+        for other in ("floor", *WALLS, *inside):
+            _add_pair(spec, other, cube, CUBE_OTHER)
     for one, other in combinations(cubes, 2):
         _add_pair(spec, one, other, CUBE_CUBE)
     for name, box in pads.items():

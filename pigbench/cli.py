@@ -45,6 +45,7 @@ COMMANDS = {
     "plot": Command("report", "Plot", "curves, bars, boxes or profiles of runs as a picture"),
     "render": Command("render", "Render", "a task as a picture, a policy's episodes as a film"),
     "analyze": Command("analyze", "Analyze", "residuals of a value function by contact mode"),
+    "parity": Command("parity", "Parity", "how close the simulations are to OGBench's"),
     "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),
     "bench evaluate": Command("bench", "Evaluate", "time evaluation beside OGBench's"),
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),

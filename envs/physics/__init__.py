@@ -1,16 +1,28 @@
 """Physics engines by name."""
 
+import importlib.util
 from collections.abc import Callable
 
+import jax
+
 from pigbench.envs.physics.base import Physics, PhysicsState
+from pigbench.envs.physics.mjx import MjxJax, MjxWarp
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import Scene
 from pigbench.errors import lookup
 
 ENGINES: dict[str, Callable[[Scene], Physics]] = {
-    engine.name: engine for engine in (MujocoPhysics,)
+    engine.name: engine for engine in (MujocoPhysics, MjxWarp, MjxJax)
 }
-DEFAULT_ENGINE = MujocoPhysics.name
+
+
+def default_engine() -> str:
+    """The engine for the device that JAX runs on."""
+    platform = jax.default_backend()
+    if platform == "cpu":
+        return MujocoPhysics.name
+    has_warp = platform == "gpu" and importlib.util.find_spec("warp") is not None
+    return MjxWarp.name if has_warp else MjxJax.name
 
 
 def make(engine: str, scene: Scene) -> Physics:
@@ -18,4 +30,4 @@ def make(engine: str, scene: Scene) -> Physics:
     return lookup("physics engine", ENGINES, engine)(scene)
 
 
-__all__ = ["DEFAULT_ENGINE", "ENGINES", "Physics", "PhysicsState", "make"]
+__all__ = ["ENGINES", "Physics", "PhysicsState", "default_engine", "make"]

@@ -28,6 +28,7 @@ class PhysicsState:
     pinch_yaw: jax.Array  # () radians
     pad_force: jax.Array  # () norm of the external wrench on the right finger's pad
     diverged: jax.Array  # () bool; the rest is the last good state
+    overflow: jax.Array  # () bool: it counts as diverged because the engine ran out of room for it
 
 
 class Physics(abc.ABC):
@@ -50,6 +51,7 @@ class Physics(abc.ABC):
             pinch_yaw=zero,
             pad_force=zero,
             diverged=jnp.zeros((), bool),
+            overflow=jnp.zeros((), bool),
         )
         return self._accept(blank, self._forward(blank), active=jnp.ones((), bool))
 
@@ -71,8 +73,13 @@ class Physics(abc.ABC):
         old: PhysicsState, new: PhysicsState, active: jax.Array, sane: jax.Array | bool = True
     ) -> PhysicsState:
         sane &= jnp.all(jnp.isfinite(new.qpos)) & jnp.all(jnp.abs(new.qvel) < MAX_SPEED)
+        sane &= ~new.overflow
         state = jax.tree.map(lambda a, b: jnp.where(active & sane, b, a), old, new)
-        return replace(state, diverged=old.diverged | (active & ~sane))
+        return replace(
+            state,
+            diverged=old.diverged | (active & ~sane),
+            overflow=old.overflow | (active & new.overflow),
+        )
 
     @abc.abstractmethod
     def _forward(self, state: PhysicsState) -> PhysicsState:

@@ -85,10 +85,8 @@ class Generate:
     """Simulations at once."""
     physics: tuple[str, ...] = ("exact", "fast")
     """Physics profiles."""
-    engine: str = envs.DEFAULT_ENGINE
+    engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
-    stacking: float = 0.125
-    """How probably one of OGBench's targets lies on another cube."""
     turns: Turns = dataclasses.field(default_factory=Turns)
     """How the contenders take turns."""
     json: Path | None = None
@@ -104,7 +102,7 @@ class Generate:
             )
             for profile in self.physics
         ]
-        theirs = peers.generation(self.environment, stacking=self.stacking)
+        theirs = peers.generation(self.environment)
         timings = _measure("bench generate", [theirs, *ours], self.turns)
         _print_rates(timings)
         _save(self.json, self, timings)
@@ -124,7 +122,7 @@ class Evaluate:
     """Episodes of each task, all at once."""
     physics: tuple[str, ...] = ("exact", "fast")
     """Physics profiles."""
-    engine: str = envs.DEFAULT_ENGINE
+    engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     turns: Turns = dataclasses.field(default_factory=Turns)
     """How the contenders take turns; a turn is one evaluation at least."""

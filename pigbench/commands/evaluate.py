@@ -25,7 +25,7 @@ class Evaluate:
     """Episodes of each task."""
     seed: int = Evaluation.seed
     """Seed of scenes and of the policy's draws."""
-    engine: str = envs.DEFAULT_ENGINE
+    engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
 
     def run(self) -> None:

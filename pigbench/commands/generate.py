@@ -41,7 +41,7 @@ class Generate:
     """Rows of an episode."""
     episodes_per_shard: int = 50
     """Episodes simulated at once and written as one shard."""
-    engine: str = envs.DEFAULT_ENGINE
+    engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     physics: Annotated[str, tyro.conf.arg(help_behavior_hint="(default: exact)")] = "exact"
     """Physics profile: exact is OGBench's to the micrometre, fast is simpler."""

@@ -59,7 +59,7 @@ class Render:
     """Episodes of each task in a film."""
     seed: int = Evaluation.seed
     """Seed of the scene, or of the evaluation."""
-    engine: str = envs.DEFAULT_ENGINE
+    engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     size: Size = dataclasses.field(default_factory=Size)
     """Size of the picture."""

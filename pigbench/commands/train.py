@@ -57,7 +57,7 @@ class Train:
     """Updates between two evaluations; each is followed by a checkpoint."""
     evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
-    engine: str = envs.DEFAULT_ENGINE
+    engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine of the evaluation."""
 
     @classmethod

@@ -33,7 +33,7 @@ def agent_for(env: CubeEnv, method: str, config: AgentConfig) -> Agent:
     )
 
 
-def restore(folder: Path, *, engine: str = envs.DEFAULT_ENGINE) -> Trained:
+def restore(folder: Path, *, engine: str | None = None) -> Trained:
     """The run in `folder`. Raises UserError when there is none, or it has no whole checkpoint."""
     run = read_run(folder)
     env = envs.make(run.config.environment, engine=engine, profile=run.config.physics)

@@ -30,4 +30,4 @@ def test_the_peer_must_be_installed(monkeypatch):
     from pigbench.bench import peers
 
     with pytest.raises(UserError, match="ogbench package is not installed"):
-        peers.generation("cube-single", stacking=0.0)
+        peers.generation("cube-single")

@@ -1,0 +1,169 @@
+"""MuJoCo's XLA engines: `mjx-warp` for NVIDIA GPUs, `mjx-jax` for TPUs and other accelerators."""
+
+# mujoco's compiled modules carry no types.
+# pyright: reportAttributeAccessIssue=false
+
+import abc
+import importlib.util
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench.envs.physics.base import Physics, PhysicsState
+from pigbench.envs.quiet import quiet
+from pigbench.envs.scene import SUBSTEPS, Scene
+from pigbench.errors import UserError
+
+Run = Callable[[PhysicsState, jax.Array], PhysicsState]
+"""From states and controls to states."""
+
+# Room for contacts of one simulation, of which OGBench's play needs half at most: the grasp, and
+# what a cube shares with the floor, a wall and its neighbours.
+_GRASP_CONTACTS, _CUBE_CONTACTS = 32, 12
+_ROWS = 3  # constraint rows of a contact, and the most of an equality
+
+
+class MjxPhysics(Physics):
+    """Single precision throughout, on the device."""
+
+    implementation: ClassVar[str]
+
+    def __init__(self, scene: Scene):
+        super().__init__(scene)
+        with quiet():
+            from mujoco import mjx
+        self._mjx = mjx
+        self._model = self._make_model()
+        self._pinch = scene.model.site("pinch").id
+        self._pad = scene.model.body("right_pad").id
+        self._all = {
+            substeps: _over_all_axes(partial(self._simulate, substeps))
+            for substeps in (0, SUBSTEPS)
+        }
+
+    def _make_model(self) -> Any:
+        return self._mjx.put_model(self.scene.model, impl=self.implementation)
+
+    @abc.abstractmethod
+    def _make_data(self, simulations: int) -> Any:
+        """The `mjx.Data` of one simulation among so many that are stepped together."""
+
+    def _overflow(self, data: Any) -> jax.Array:
+        """Whether there was no room for a contact or a constraint row, () bool."""
+        return jnp.zeros((), bool)
+
+    def _forward(self, state: PhysicsState) -> PhysicsState:
+        return self._all[0](state, jnp.zeros(self.scene.model.nu))
+
+    def _advance(self, state: PhysicsState, ctrl: jax.Array, active: jax.Array) -> PhysicsState:
+        return self._all[SUBSTEPS](state, ctrl)
+
+    def _simulate(self, substeps: int, states: PhysicsState, ctrl: jax.Array) -> PhysicsState:
+        """So many substeps of a batch, arrays (simulations, ...); none: what follows from it."""
+        with jax.ensure_compile_time_eval():
+            blank = self._make_data(len(ctrl))
+            values = jax.tree.map(np.asarray, blank)
+        # Buffers are of one number each: computed, they are no constants in the program.
+        blank = jax.tree.map(_uniform, values)
+
+        def simulate(state: PhysicsState, ctrl: jax.Array) -> PhysicsState:
+            data = blank.replace(
+                qpos=state.qpos, qvel=state.qvel, qacc_warmstart=state.warmstart, ctrl=ctrl
+            )
+            if not substeps:
+                return self._read(state, self._mjx.forward(self._model, data))
+            step = partial(self._mjx.step, self._model)
+            data = jax.lax.fori_loop(0, substeps, lambda _, data: step(data), data)
+            return self._read(state, data)
+
+        return jax.vmap(simulate)(states, ctrl)
+
+    def _read(self, state: PhysicsState, data: Any) -> PhysicsState:
+        rotation = data.site_xmat[self._pinch].reshape(3, 3)
+        return replace(
+            state,
+            qpos=data.qpos,
+            qvel=data.qvel,
+            warmstart=data.qacc_warmstart,
+            pinch_pos=data.site_xpos[self._pinch],
+            pinch_yaw=jnp.arctan2(rotation[1, 0], rotation[0, 0]),
+            pad_force=jnp.linalg.norm(data._impl.cfrc_ext[self._pad]),
+            overflow=self._overflow(data),
+        )
+
+
+class MjxJax(MjxPhysics):
+    """MJX in pure JAX. On a CPU only for a few environments: it compiles long and runs slowly."""
+
+    name = "mjx-jax"
+    implementation = "jax"
+
+    def _make_data(self, simulations: int) -> Any:
+        return self._mjx.make_data(self.scene.model, impl=self.implementation)
+
+
+class MjxWarp(MjxPhysics):
+    """MJX over NVIDIA Warp. Raises UserError where the package's `warp` extra is not installed."""
+
+    name = "mjx-warp"
+    implementation = "warp"
+
+    def __init__(self, scene: Scene):
+        if importlib.util.find_spec("warp") is None:
+            raise UserError("engine mjx-warp needs NVIDIA Warp: pip install 'pigbench[warp]'")
+        super().__init__(scene)
+        from mujoco.mjx.third_party.mujoco_warp import OverflowType
+
+        self._no_overflow = OverflowType.ITERATIONS  # a solver that stops early, as in C
+
+    def _make_model(self) -> Any:
+        return super()._make_model().tree_replace({"opt._impl.warn_overflow": 0})
+
+    def _make_data(self, simulations: int) -> Any:
+        model = self.scene.model
+        contacts = _GRASP_CONTACTS + _CUBE_CONTACTS * self.scene.num_cubes
+        return self._mjx.make_data(
+            model,
+            impl=self.implementation,
+            naconmax=simulations * contacts,
+            njmax=_ROWS * (contacts + model.neq) + int(np.sum(model.jnt_limited)),
+        )
+
+    def _overflow(self, data: Any) -> jax.Array:
+        return (data._impl.overflow & ~int(self._no_overflow)) != 0
+
+
+def _uniform(x: np.ndarray) -> jax.Array:
+    if x.size > 1 and np.all(x == x.flat[0]):
+        return jnp.full(x.shape, x.flat[0])
+    return jnp.asarray(x)
+
+
+def _over_all_axes(run: Run) -> Run:
+    """`run`, of arrays (simulations, ...), as a function of one simulation that is to be vmapped.
+
+    All axes that are mapped over it become the one that `run` sees, so that it knows how many
+    simulations there are, for which its engine must make room.
+    """
+
+    @jax.custom_batching.custom_vmap
+    def run_all(states: PhysicsState, ctrl: jax.Array) -> PhysicsState:
+        axes = ctrl.shape[:-1]
+        rows = jax.tree.map(lambda x: x.reshape(-1, *x.shape[len(axes) :]), (states, ctrl))
+        return jax.tree.map(lambda x: x.reshape(*axes, *x.shape[1:]), run(*rows))
+
+    @run_all.def_vmap
+    def _(size: int, mapped: Any, states: PhysicsState, ctrl: jax.Array) -> tuple[Any, Any]:
+        full = jax.tree.map(
+            lambda x, is_mapped: x if is_mapped else jnp.broadcast_to(x, (size, *x.shape)),
+            (states, ctrl),
+            tuple(mapped),
+        )
+        return run_all(*full), jax.tree.map(lambda _: True, states)
+
+    return run_all

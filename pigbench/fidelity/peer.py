@@ -1,0 +1,85 @@
+"""OGBench driven as its users drive it: its environments, and its generator of data."""
+
+import contextlib
+import importlib
+import warnings
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pigbench.envs.oracles.noisy import MAX_NOISE, NOISE_SCALE
+from pigbench.envs.oracles.targets import STACKING
+from pigbench.errors import UserError, lookup
+
+Info = dict[str, Any]
+
+# Policy -> module and class of OGBench's oracle; their defaults are those of its data.
+_ORACLES = {
+    "play": ("ogbench.manipspace.oracles.plan.cube_plan", "CubePlanOracle"),
+    "noisy": ("ogbench.manipspace.oracles.markov.cube_markov", "CubeMarkovOracle"),
+}
+
+
+class Step(NamedTuple):
+    """One control step of OGBench's generator: what its environment said before and after."""
+
+    before: Info
+    action: np.ndarray  # (5,) in [-1, 1]
+    after: Info
+    ended: bool  # whether the sub-task ended with it
+
+
+def make(environment: str, *, mode: str) -> Any:
+    """OGBench's environment; `mode` is "task" or "data_collection"."""
+    with warnings.catch_warnings(action="ignore"):  # of a missing display and of precision
+        require("ogbench")  # registers its environments
+        gymnasium = require("gymnasium")
+        return gymnasium.make(f"{environment}-v0", mode=mode, terminate_at_goal=False).unwrapped
+
+
+def oracle(env: Any, policy: str) -> Any:
+    """OGBench's scripted policy of that name."""
+    module, name = lookup("policy", _ORACLES, policy)
+    return getattr(require(module), name)(env=env)
+
+
+def episode(env: Any, policy: str, *, seed: int) -> Iterator[Step]:
+    """The steps of an episode without end. Draws from NumPy's global stream, as the oracles do."""
+    draws = np.random.default_rng(seed)
+    stacking = draws.uniform(*STACKING[env._num_cubes])
+    noise = draws.uniform(0, MAX_NOISE) * np.array(NOISE_SCALE) * (policy == "noisy")
+    agent = oracle(env, policy)
+    observation, info = env.reset(seed=seed)
+    agent.reset(observation, info)
+    while True:
+        before = info | {
+            "observation": observation,
+            "warmstart": env.data.qacc_warmstart.copy(),
+        }
+        intended = agent.select_action(observation, info)
+        action = np.clip(intended + noise * draws.standard_normal(len(noise)), -1, 1)
+        observation, _, _, _, info = env.step(action)
+        yield Step(before, action, info, agent.done)
+        if agent.done:
+            observation, info = env.set_new_target(p_stack=stacking)
+            agent.reset(observation, info)
+
+
+@contextlib.contextmanager
+def numpy_seed(seed: int) -> Iterator[None]:
+    """NumPy's global stream, which OGBench's oracles use, begins at `seed` and is put back."""
+    before = np.random.get_state()
+    np.random.seed(seed)
+    try:
+        yield
+    finally:
+        np.random.set_state(before)
+
+
+def require(module: str) -> Any:
+    """The module of OGBench's or of what it needs; UserError if it is not installed."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise UserError("the ogbench package is not installed: pip install ogbench") from None

@@ -1,0 +1,81 @@
+"""Episodes of OGBench's generator, in OGBench's physics, with all that it takes to replay them."""
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pigbench.fidelity import peer
+from pigbench.fidelity.peer import Info, Step
+
+_REPORT_EVERY = 100  # control steps
+
+
+class Recording(NamedTuple):
+    """One episode of T control steps; states are those before each step, and the last one.
+
+    `contact` is the gripper's contact number and `opening` its opening, both in [0, 1].
+    """
+
+    qpos: np.ndarray  # (T + 1, nq)
+    qvel: np.ndarray  # (T + 1, nv)
+    warmstart: np.ndarray  # (T, nv)
+    pinch_pos: np.ndarray  # (T + 1, 3) metres
+    pinch_yaw: np.ndarray  # (T + 1,) radians
+    opening: np.ndarray  # (T + 1,)
+    contact: np.ndarray  # (T + 1,)
+    observations: np.ndarray  # (T, observation size)
+    actions: np.ndarray  # (T, 5)
+    ended: np.ndarray  # (T,) bool: the sub-task ended with this step
+    success: np.ndarray  # (T,) bool: its cube is then at its target
+    cube: np.ndarray  # (T,) the sub-task's cube
+    target: np.ndarray  # (T, 3) metres, where it should go
+
+
+def record(
+    environment: str,
+    policy: str,
+    *,
+    episodes: int,
+    steps: int,
+    seed: int,
+    report: Callable[[int], object] = lambda _: None,
+) -> list[Recording]:
+    """`episodes` episodes of `steps` control steps; `report` is told how many more are done."""
+    env = peer.make(environment, mode="data_collection")
+    recordings = []
+    for number in range(episodes):
+        with peer.numpy_seed(seed + number):
+            taken: list[Step] = []
+            for step in itertools.islice(peer.episode(env, policy, seed=seed + number), steps):
+                taken.append(step)
+                if len(taken) % _REPORT_EVERY == 0:
+                    report(_REPORT_EVERY)
+        report(steps % _REPORT_EVERY)
+        recordings.append(_as_arrays(taken))
+    return recordings
+
+
+def _as_arrays(steps: Sequence[Step]) -> Recording:
+    before = [step.before for step in steps]
+    states = [*before, steps[-1].after]
+
+    def column(infos: Sequence[Info], name: str) -> np.ndarray:
+        return np.array([np.squeeze(info[name]) for info in infos])
+
+    return Recording(
+        qpos=column(states, "qpos"),
+        qvel=column(states, "qvel"),
+        warmstart=column(before, "warmstart"),
+        pinch_pos=column(states, "proprio/effector_pos"),
+        pinch_yaw=column(states, "proprio/effector_yaw"),
+        opening=column(states, "proprio/gripper_opening"),
+        contact=column(states, "proprio/gripper_contact"),
+        observations=column(before, "observation"),
+        actions=np.array([step.action for step in steps]),
+        ended=np.array([step.ended for step in steps]),
+        success=column([step.after for step in steps], "success").astype(bool),
+        cube=column(before, "privileged/target_block"),
+        target=column(before, "privileged/target_block_pos"),
+    )

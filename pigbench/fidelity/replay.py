@@ -1,0 +1,190 @@
+"""Recorded actions of OGBench applied here, from the same states: how far apart do we come out?"""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench.envs import CubeEnv
+from pigbench.envs.environment import SUCCESS_DISTANCE
+from pigbench.envs.observation import (
+    PAD_FORCE_SCALE,
+    cube_poses,
+    gripper_contact,
+    gripper_opening,
+)
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.scene import CUBE_HALF_SIZE, Scene
+from pigbench.fidelity.recording import Recording
+
+WINDOW = 50  # control steps
+TOUCH = 0.01  # contact number from which the gripper touches something
+LIFTED = 2 * CUBE_HALF_SIZE  # metres above the table from which a cube's centre is up
+SITUATIONS = FREE, TOUCHING, CARRYING = "free", "touching", "carrying"
+
+
+class Motion(NamedTuple):
+    """What is compared, of N simulations after each of T control steps."""
+
+    pinch_pos: np.ndarray  # (T, N, 3) metres
+    opening: np.ndarray  # (T, N)
+    contact: np.ndarray  # (T, N)
+    cube_pos: np.ndarray  # (T, N, cubes, 3) metres
+    cube_quat: np.ndarray  # (T, N, cubes, 4)
+
+
+class Errors(NamedTuple):
+    """How far apart two motions are, arrays (T, N): of cubes, the farthest."""
+
+    pinch: np.ndarray  # metres
+    opening: np.ndarray
+    contact: np.ndarray
+    cube: np.ndarray  # metres
+    turn: np.ndarray  # radians
+
+
+class Windows(NamedTuple):
+    """Stretches of WINDOW control steps, N of them, and how far apart we come out in each."""
+
+    situations: np.ndarray  # (T, N): FREE, TOUCHING or CARRYING at some time so far
+    errors: Errors
+
+
+class Outcomes(NamedTuple):
+    """Sub-tasks from beginning to end, N of them, arrays (N,) bool: as recorded, and as here."""
+
+    grasped: np.ndarray
+    placed: np.ndarray
+    grasped_here: np.ndarray
+    placed_here: np.ndarray
+
+
+def windows(env: CubeEnv, recordings: Sequence[Recording]) -> Windows:
+    """Replays consecutive stretches of all recordings, which have no step in common."""
+    places = [
+        (recording, begin)
+        for recording in recordings
+        for begin in range(0, len(recording.actions) - WINDOW + 1, WINDOW)
+    ]
+    ours = _replay(env, places, WINDOW)
+    theirs = _recorded(env.scene, places, WINDOW)
+    return Windows(_situations(theirs), _errors(ours, theirs))
+
+
+def outcomes(env: CubeEnv, recordings: Sequence[Recording]) -> Outcomes:
+    """Replays whole sub-tasks; those that an episode's end cuts off are left out."""
+    places, lengths = [], []
+    for recording in recordings:
+        ends = np.flatnonzero(recording.ended) + 1
+        for begin, end in zip([0, *ends[:-1]], ends, strict=True):
+            places.append((recording, int(begin)))
+            lengths.append(end - begin)
+    ours = _replay(env, places, max(lengths))
+    theirs = _recorded(env.scene, places, max(lengths))
+    here, there = (_outcome(motion, places, np.array(lengths)) for motion in (ours, theirs))
+    return Outcomes(*there, *here)
+
+
+Places = Sequence[tuple[Recording, int]]
+"""Recordings and the rows in them from which they are replayed."""
+
+
+def _replay(env: CubeEnv, places: Places, steps: int) -> Motion:
+    """Our simulations, from the recorded states and under the recorded actions."""
+    starts = [_start(env, recording, row) for recording, row in places]
+    states = jax.tree.map(lambda *leaves: np.stack(leaves), *starts)
+    actions = np.stack([_stretch(r.actions, row, steps) for r, row in places], axis=1)
+
+    @jax.jit
+    def run(states: PhysicsState, actions: jax.Array) -> PhysicsState:
+        def step(states: PhysicsState, actions: jax.Array) -> tuple[PhysicsState, PhysicsState]:
+            states = jax.vmap(env.simulate)(states, actions)
+            return states, states
+
+        return jax.lax.scan(step, states, actions)[1]
+
+    trajectory = run(states, actions.astype(np.float32))
+    position, quat = jax.vmap(jax.vmap(partial(cube_poses, env.scene)))(trajectory)
+    return Motion(
+        pinch_pos=np.asarray(trajectory.pinch_pos),
+        opening=np.asarray(jax.vmap(jax.vmap(partial(gripper_opening, env.scene)))(trajectory)),
+        contact=np.asarray(gripper_contact(trajectory)),
+        cube_pos=np.asarray(position),
+        cube_quat=np.asarray(quat),
+    )
+
+
+def _start(env: CubeEnv, recording: Recording, row: int) -> PhysicsState:
+    """The recorded state, with what a control step leaves behind for the next one."""
+    blank = jax.tree.map(np.asarray, _blank(env))
+    return blank.replace(
+        qpos=np.float32(recording.qpos[row]),
+        qvel=np.float32(recording.qvel[row]),
+        warmstart=np.float32(recording.warmstart[row]),
+        pinch_pos=np.float32(recording.pinch_pos[row]),
+        pinch_yaw=np.float32(recording.pinch_yaw[row]),
+        pad_force=np.float32(recording.contact[row] / PAD_FORCE_SCALE),
+    )
+
+
+def _blank(env: CubeEnv) -> PhysicsState:
+    return env.physics.init(jnp.asarray(env.scene.home_qpos))
+
+
+def _recorded(scene: Scene, places: Places, steps: int) -> Motion:
+    def column(name: str) -> np.ndarray:
+        return np.stack([_stretch(getattr(r, name)[1:], row, steps) for r, row in places], axis=1)
+
+    poses = column("qpos")[..., scene.cubes_qpos]
+    poses = poses.reshape(*poses.shape[:2], scene.num_cubes, 7)
+    return Motion(
+        pinch_pos=column("pinch_pos"),
+        opening=column("opening"),
+        contact=column("contact"),
+        cube_pos=poses[..., :3],
+        cube_quat=poses[..., 3:],
+    )
+
+
+def _stretch(rows: np.ndarray, begin: int, steps: int) -> np.ndarray:
+    """So many rows from `begin`; after the last one, that one again."""
+    return rows[np.minimum(np.arange(begin, begin + steps), len(rows) - 1)]
+
+
+def _errors(ours: Motion, theirs: Motion) -> Errors:
+    def distance(name: str) -> np.ndarray:
+        return np.linalg.norm(getattr(ours, name) - getattr(theirs, name), axis=-1)
+
+    # A quaternion and its negative are one orientation.
+    chords = [np.linalg.norm(ours.cube_quat + s * theirs.cube_quat, axis=-1) for s in (1, -1)]
+    return Errors(
+        pinch=distance("pinch_pos"),
+        opening=np.abs(ours.opening - theirs.opening),
+        contact=np.abs(ours.contact - theirs.contact),
+        cube=distance("cube_pos").max(axis=-1),
+        turn=4 * np.arcsin(np.minimum(*chords) / 2).max(axis=-1),
+    )
+
+
+def _situations(motion: Motion) -> np.ndarray:
+    touching = motion.contact > TOUCH
+    carrying = touching & (motion.cube_pos[..., 2] > LIFTED).any(axis=-1)
+    so_far = [np.logical_or.accumulate(flags) for flags in (carrying, touching)]
+    return np.select(so_far, [CARRYING, TOUCHING], FREE)
+
+
+def _outcome(motion: Motion, places: Places, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whether the sub-task's cube was ever lifted, and whether it came to its target."""
+    number = np.arange(len(places))
+    cubes = np.array([recording.cube[row] for recording, row in places])
+    targets = np.array([recording.target[row] for recording, row in places])
+    cube = motion.cube_pos[:, number, cubes]  # (T, N, 3)
+    under_way = np.arange(len(cube))[:, None] < lengths
+    risen = cube[..., 2] > cube[0, :, 2] + CUBE_HALF_SIZE
+    grasped = (risen & (motion.contact > TOUCH) & under_way).any(axis=0)
+    last = cube[lengths - 1, number]
+    placed = np.linalg.norm(last - targets, axis=-1) <= SUCCESS_DISTANCE
+    return grasped, placed
