@@ -1,8 +1,8 @@
 """The MuJoCo model of robot, floor, walls and cubes, and where all lies in its state vectors.
 
 What collides is what OGBench's own play data brings into contact, as explicit pairs: pads, cubes,
-floor, walls and, where a grasp goes wrong, the inside of the gripper. Two profiles of one scene:
-`exact` gives each finger OGBench's two pad boxes, `fast` one box a finger and nothing inside.
+floor, walls and, where a grasp goes wrong, links of the gripper. Two profiles of one scene: `exact`
+gives each finger OGBench's two pad boxes, `fast` one box a finger, and links that nothing touches.
 """
 
 # mujoco's compiled modules carry no types.
@@ -44,8 +44,8 @@ class PadBox:
 
 
 @dataclass(frozen=True)
-class Inside:
-    """A box inside the gripper: the link it belongs to, half sizes, centre and tilt about x."""
+class LinkBox:
+    """A box of a link of the gripper: half sizes, centre in the link's frame, tilt about its x."""
 
     link: str
     half_size: robot.Vector
@@ -55,20 +55,20 @@ class Inside:
 
 @dataclass(frozen=True)
 class Profile:
-    """What of the gripper collides: the boxes of one finger's pad, and boxes inside it."""
+    """What of the gripper collides: the boxes of one finger's pad, and those of links."""
 
     pad: tuple[PadBox, ...]
-    inside: tuple[Inside, ...] = ()
+    links: tuple[LinkBox, ...] = ()
 
 
-# Their inner faces are those of OGBench's meshes; the rest of a mesh no cube ever gets at.
-_PALM = Inside("gripper_base", (0.01, 0.0155, 0.01), (0.0, 0.0, 0.08))
-_LINKS = tuple(
+# Each has one face in common with OGBench's mesh, the one that cubes get at.
+_PALM = LinkBox("gripper_base", (0.01, 0.0155, 0.01), (0.0, 0.0, 0.08))
+_FINGER_LINKS = tuple(
     replace(box, link=f"{side}_{box.link}")
     for side in ("right", "left")
     for box in (
-        Inside("spring_link", (0.014, 0.006, 0.0286), (0.0, 0.01865, 0.02168), -0.7108),
-        Inside("follower", (0.007, 0.00275, 0.0233), (0.0, -0.00662, 0.02213), 0.4313),
+        LinkBox("spring_link", (0.014, 0.006, 0.0286), (0.0, 0.01865, 0.02168), -0.7108),
+        LinkBox("follower", (0.007, 0.00275, 0.0233), (0.0, -0.00662, 0.02213), 0.4313),
     )
 )
 
@@ -78,7 +78,7 @@ PROFILES = {
             PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.028125), 0.7),
             PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.009375), 0.6),
         ),
-        inside=(_PALM, *_LINKS),
+        links=(_PALM, *_FINGER_LINKS),
     ),
     "fast": Profile(pad=(PadBox((0.011, 0.004, 0.01875), (0, -0.0026, 0.01875), 0.7),)),
 }
@@ -204,9 +204,9 @@ def _add_robot(spec: mujoco.MjSpec, gripper: Profile) -> None:
         for i, box in enumerate(gripper.pad):
             _add_box(pad, f"{side}_pad_{i}", box.half_size, box.pos)
         _close_linkage(spec, side)
-    for box in gripper.inside:
+    for box in gripper.links:
         quat = (math.cos(box.tilt / 2), math.sin(box.tilt / 2), 0, 0)
-        _add_box(bodies[box.link], f"{box.link}_inside", box.half_size, box.pos, quat=quat)
+        _add_box(bodies[box.link], f"{box.link}_box", box.half_size, box.pos, quat=quat)
     _couple_drivers(spec)
     _add_contact_sensor(spec, bodies["right_pad"])
     _add_servos(spec)
@@ -325,9 +325,9 @@ def _add_contacts(spec: mujoco.MjSpec, cubes: list[str], gripper: Profile) -> No
     pads = {
         f"{side}_pad_{i}": box for side in ("right", "left") for i, box in enumerate(gripper.pad)
     }
-    inside = [f"{box.link}_inside" for box in gripper.inside]
+    links = [f"{box.link}_box" for box in gripper.links]
     for cube in cubes:
-        for other in ("floor", *WALLS, *inside):
+        for other in ("floor", *WALLS, *links):
             _add_pair(spec, other, cube, CUBE_OTHER)
     for one, other in combinations(cubes, 2):
         _add_pair(spec, one, other, CUBE_CUBE)

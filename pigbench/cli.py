@@ -46,6 +46,7 @@ COMMANDS = {
     "render": Command("render", "Render", "a task as a picture, a policy's episodes as a film"),
     "analyze": Command("analyze", "Analyze", "residuals of a value function by contact mode"),
     "parity": Command("parity", "Parity", "how close the simulations are to OGBench's"),
+    "parity data": Command("parity", "ParityData", "how close data are to OGBench's own"),
     "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),
     "bench evaluate": Command("bench", "Evaluate", "time evaluation beside OGBench's"),
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),

@@ -28,3 +28,7 @@ class Policy(abc.ABC, Generic[Memory]):
     @abc.abstractmethod
     def advance(self, key: jax.Array, state: Memory, physics_state: PhysicsState) -> Memory:
         """Take note of the simulation's state after the action."""
+
+    @abc.abstractmethod
+    def ended(self, state: Memory) -> jax.Array:
+        """Whether the present action is a sub-task's last, () bool."""

@@ -12,7 +12,6 @@ from pigbench.envs import CubeEnv
 from pigbench.fidelity import peer
 from pigbench.training.restore import agent_for
 
-NAME = "ogbench"
 _EPISODE_LENGTH = 1001
 
 
@@ -48,4 +47,6 @@ def evaluation(ours: CubeEnv, method: str, preset: str) -> Contender:
 
 
 def _contender(control_steps: Iterator[object]) -> Contender:
-    return Contender(NAME, lambda count: sum(1 for _ in itertools.islice(control_steps, count)))
+    return Contender(
+        peer.NAME, lambda count: sum(1 for _ in itertools.islice(control_steps, count))
+    )

@@ -11,6 +11,7 @@ from pigbench import agents, envs
 from pigbench.bench import peers, simulation, training
 from pigbench.bench.timing import Contender, Timing, alternate
 from pigbench.errors import UserError
+from pigbench.fidelity import peer
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files
 from pigbench.support.progress import Progress
@@ -153,12 +154,12 @@ def _print_rates(timings: Mapping[str, Timing]) -> None:
         (
             name,
             f"{1 / timing.median:,.0f}",
-            f"{timings[peers.NAME].ratio(timing):.1f}",
+            f"{timings[peer.NAME].ratio(timing):.1f}",
             f"{timing.first:.1f}",
         )
         for name, timing in timings.items()
     ]
-    header = ("", "control steps a second", f"times {peers.NAME}", "s of the first call")
+    header = ("", "control steps a second", f"times {peer.NAME}", "s of the first call")
     print(markdown_grid([header, *lines]))
 
 

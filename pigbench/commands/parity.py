@@ -1,8 +1,8 @@
-"""`pigbench parity`: how far OGBench's own episodes take our simulations from OGBench's."""
+"""`pigbench parity`: how close our simulations, and the data made in them, are to OGBench's."""
 
 import dataclasses
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +10,15 @@ import tyro
 
 from pigbench import envs
 from pigbench.errors import UserError
-from pigbench.fidelity import recording, replay
+from pigbench.fidelity import distributions, peer, recording, replay
+from pigbench.fidelity.recording import Recording
 from pigbench.fidelity.replay import Errors, Outcomes, Windows
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files
 from pigbench.support.progress import Progress
 from pigbench.training.provenance import surroundings
+
+Table = Sequence[tuple[str, ...]]  # header first
 
 _EPISODE_LENGTH = 1000  # control steps
 _HORIZONS = (1, 10, replay.WINDOW)  # control steps after which errors are compared
@@ -57,22 +60,11 @@ class Parity:
 
     def run(self) -> None:
         """Measure and print a table of errors, and one of outcomes."""
-        if self.episodes < 1:
-            raise UserError(f"episodes is {self.episodes}: it must be at least 1")
         ours = {
             (engine, profile): envs.make(self.environment, engine=engine, profile=profile)
             for engine, profile in itertools.product(self.engine, self.physics)
         }
-        total = self.episodes * _EPISODE_LENGTH
-        with Progress("recording", total=total, unit="control steps") as progress:
-            recordings = recording.record(
-                self.environment,
-                self.policy,
-                episodes=self.episodes,
-                steps=_EPISODE_LENGTH,
-                seed=self.seed,
-                report=progress.advance,
-            )
+        recordings = _record(self.environment, self.policy, self.episodes, self.seed)
         errors, ends = [], []
         with Progress("replaying", total=len(ours), unit="simulators") as progress:
             for name, env in ours.items():
@@ -86,10 +78,70 @@ class Parity:
         print(markdown_grid(error_table))
         print(f"\nErrors: {_PERCENTILE}th percentiles over windows, of cubes the farthest.\n")
         print(markdown_grid(end_table))
-        if self.json is not None:
-            settings = {name: value for name, value in vars(self).items() if name != "json"}
-            tables = {"errors": error_table, "outcomes": end_table}
-            files.write_json(self.json, {"settings": settings, **tables, **surroundings()})
+        _save(self.json, self, {"errors": error_table, "outcomes": end_table})
+
+
+@dataclasses.dataclass(frozen=True)
+class ParityData:
+    """Compare data of a scripted policy with OGBench's own of that policy, quantity by quantity.
+
+    Both are made here and now, OGBench's by the ogbench package, which must be installed.
+    """
+
+    environment: tyro.conf.Positional[str] = "cube-double"
+    """Environment."""
+    policies: tuple[str, ...] = ("play", "noisy")
+    """Scripted policies."""
+    episodes: int = 40
+    """Episodes of 1,000 control steps, of each."""
+    seed: int = 0
+    """Seed of the episodes."""
+    engine: str = dataclasses.field(default_factory=envs.default_engine)
+    """Physics engine."""
+    physics: str = "exact"
+    """Physics profile."""
+    json: Path | None = None
+    """File for the result as JSON, with machine and versions."""
+
+    def run(self) -> None:
+        """Measure and print a table."""
+        env = envs.make(self.environment, engine=self.engine, profile=self.physics)
+        lines = []
+        for policy in self.policies:
+            recordings = _record(self.environment, policy, self.episodes, self.seed)
+            theirs = [distributions.of_recording(env.scene, one) for one in recordings]
+            ours = distributions.simulate(
+                env, policy, episodes=self.episodes, steps=_EPISODE_LENGTH, seed=self.seed
+            )
+            lines += [
+                (name, policy, f"{one:.3g}", f"{other:.3g}", f"{statistic:.2f}", f"{p:.2g}")
+                for name, (one, other, statistic, p) in distributions.compare(theirs, ours).items()
+            ]
+        table = [("quantity", "policy", peer.NAME, "pigbench", "KS statistic", "p"), *lines]
+        print(markdown_grid(table))
+        print(f"\nMeans over {self.episodes} episodes each, whose means the test compares.")
+        _save(self.json, self, {"quantities": table})
+
+
+def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Recording]:
+    if episodes < 1:
+        raise UserError(f"episodes is {episodes}: it must be at least 1")
+    total = episodes * _EPISODE_LENGTH
+    with Progress(f"recording {policy}", total=total, unit="control steps") as progress:
+        return recording.record(
+            environment,
+            policy,
+            episodes=episodes,
+            steps=_EPISODE_LENGTH,
+            seed=seed,
+            report=progress.advance,
+        )
+
+
+def _save(path: Path | None, command: object, tables: Mapping[str, Table]) -> None:
+    if path is not None:
+        settings = {name: value for name, value in vars(command).items() if name != "json"}
+        files.write_json(path, {"settings": settings, **tables, **surroundings()})
 
 
 def _error_lines(name: tuple[str, str], windows: Windows) -> Iterator[tuple[str, ...]]:

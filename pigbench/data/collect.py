@@ -72,22 +72,26 @@ def run(
     env: CubeEnv, policy: Policy, simulations: Simulation, *, steps: int
 ) -> tuple[Simulation, dict[str, jax.Array]]:
     """Advance a batch of simulations; also the rows, by field, (steps, batch, ...)."""
+    one = partial(step, env, policy)
+    return jax.lax.scan(lambda batch, _: jax.vmap(one)(batch), simulations, length=steps)
 
-    def step(simulation: Simulation) -> tuple[Simulation, dict[str, jax.Array]]:
-        key, act_key, advance_key = jax.random.split(simulation.key, 3)
-        before = simulation.physics
-        action = policy.act(act_key, simulation.policy, before)
-        after = env.simulate(before, action, active=~simulation.vacant)
-        row = {
-            "observations": env.observe(before),
-            "actions": action,
-            "qpos": before.qpos,
-            "qvel": before.qvel,
-        }
-        policy_state = policy.advance(advance_key, simulation.policy, after)
-        return Simulation(key, after, policy_state, simulation.vacant), row
 
-    return jax.lax.scan(lambda batch, _: jax.vmap(step)(batch), simulations, length=steps)
+def step(
+    env: CubeEnv, policy: Policy, simulation: Simulation
+) -> tuple[Simulation, dict[str, jax.Array]]:
+    """One control step; also the row of the state and action that it began with, by field."""
+    key, act_key, advance_key = jax.random.split(simulation.key, 3)
+    before = simulation.physics
+    action = policy.act(act_key, simulation.policy, before)
+    after = env.simulate(before, action, active=~simulation.vacant)
+    row = {
+        "observations": env.observe(before),
+        "actions": action,
+        "qpos": before.qpos,
+        "qvel": before.qvel,
+    }
+    policy_state = policy.advance(advance_key, simulation.policy, after)
+    return Simulation(key, after, policy_state, simulation.vacant), row
 
 
 def _episodes(chunks: list[dict[str, np.ndarray]], kept: np.ndarray) -> dict[str, np.ndarray]:

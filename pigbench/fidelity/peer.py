@@ -12,6 +12,8 @@ from pigbench.envs.oracles.noisy import MAX_NOISE, NOISE_SCALE
 from pigbench.envs.oracles.targets import STACKING
 from pigbench.errors import UserError, lookup
 
+NAME = "ogbench"
+
 Info = dict[str, Any]
 
 # Policy -> module and class of OGBench's oracle; their defaults are those of its data.

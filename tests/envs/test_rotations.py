@@ -51,3 +51,16 @@ def test_nearest_symmetry_finds_what_ogbench_searches():
 def test_symmetry_of_another_fold():
     # Up to half turns, 0.1 looks like 0.1 + pi, which lies nearest to 3.
     assert rotations.nearest_symmetry(0.1, 3.0, fold=2) == pytest.approx(0.1 + np.pi, abs=1e-6)
+
+
+def test_rotation_matrices_and_vectors():
+    random = Rotation.random(100, rng=np.random.default_rng(1))
+    for rotation in random:
+        quat = 2.5 * rotation.as_quat(scalar_first=True)
+        np.testing.assert_allclose(rotations.quat_rotation(quat), rotation.as_matrix(), atol=1e-5)
+        vector = 0.9 * rotation.as_rotvec()
+        angle = np.linalg.norm(vector)
+        matrix = rotations.axis_rotation(vector / angle, angle)
+        np.testing.assert_allclose(matrix, Rotation.from_rotvec(vector).as_matrix(), atol=1e-5)
+        np.testing.assert_allclose(rotations.rotation_vector(matrix), vector, atol=2e-4)
+    np.testing.assert_array_equal(rotations.rotation_vector(np.eye(3)), 0)

@@ -233,6 +233,61 @@ def test_contacts_are_those_mujoco_finds_in_ogbench(scene, models, where):
     np.testing.assert_allclose([row[2] for row in found], [row[2] for row in expected], atol=1e-8)
 
 
+# Our box of a link of the gripper -> the body whose mesh it stands for, in OGBench.
+LINK_BOXES = {"gripper_base_box": GRIPPER + "base"} | {
+    f"{side}_{link}_box": f"{GRIPPER}{side}_{link}"
+    for side in ("right", "left")
+    for link in ("spring_link", "follower")
+}
+
+
+SHALLOW = 0.003  # metres to which contacts of play go in
+
+
+def depths(model: mujoco.MjModel, data: mujoco.MjData, part_of: Callable) -> dict[str, float]:
+    """How deep cube_0 (OGBench's object_0) is in each of the gripper's links, in metres."""
+    deepest = dict.fromkeys(LINK_BOXES, 0.0)
+    for contact in data.contact:
+        geoms = [model.geom(geom) for geom in contact.geom]
+        parts = {part_of(geom) for geom in geoms} & set(LINK_BOXES)
+        if parts and any(geom.name in ("cube_0", "object_0") for geom in geoms):
+            (part,) = parts
+            deepest[part] = max(deepest[part], -contact.dist)
+    return deepest
+
+
+def test_links_of_the_gripper_are_where_ogbenchs_meshes_are(scene, models):
+    """Of cubes that the open gripper comes down on, or that are beside one of its fingers."""
+    ours, theirs = models
+    bodies = {name: part for part, name in LINK_BOXES.items()}
+    rng = np.random.default_rng(0)
+    seen: dict[str, list[float]] = {part: [] for part in LINK_BOXES}
+    for _ in range(600):
+        angle, side = rng.uniform(0, 0.4), rng.choice([-1, 0, 1])
+        around = rng.uniform([-0.004, -0.02, 0.03], [0.004, 0.02, 0.05])
+        if side:
+            around = rng.uniform([0.06, -0.01, -0.02], [0.1, 0.01, 0.03]) * (side, 1, 1)
+        qpos = pose(
+            scene(2),
+            effector=(0.4, 0, 0.2, np.pi / 2),
+            fingers=(angle, angle),
+            cube_0=tuple(np.add(around, (0.4, 0, 0.2))),
+        )
+        one = depths(ours, forward(ours, qpos), lambda geom: geom.name)
+        other = depths(
+            theirs,
+            forward(theirs, qpos),
+            lambda geom: bodies.get(theirs.body(geom.bodyid[0]).name),
+        )
+        for part in LINK_BOXES:
+            if 0 < other[part] < SHALLOW:
+                seen[part].append(abs(one[part] - other[part]))
+    for part, differences in seen.items():
+        print(f"{part}: {len(differences)} touched, median {1e3 * np.median(differences):.2f} mm")
+        assert len(differences) > 10
+        assert np.median(differences) < 2e-4
+
+
 def test_nothing_collides_outside_the_explicit_pairs(models):
     ours, _ = models
     assert not ours.geom_contype.any()

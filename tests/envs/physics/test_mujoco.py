@@ -71,6 +71,7 @@ def loop_in_c(model: mujoco.MjModel, qpos, qvel, ctrl) -> PhysicsState:
         pinch_yaw=np.float32(np.arctan2(pinch.xmat[3], pinch.xmat[0])),
         pad_force=np.float32(np.sqrt((wrench**2).sum())),
         diverged=np.array(False),
+        overflow=np.array(False),
     )
 
 
@@ -218,6 +219,6 @@ def test_may_be_called_from_several_threads(scene, start):
 
 
 def test_engines_by_name(scene):
-    assert engines.make("mujoco", scene(2)).name == engines.DEFAULT_ENGINE == "mujoco"
+    assert engines.make("mujoco", scene(2)).name == engines.default_engine() == "mujoco"
     with pytest.raises(UserError, match=r"'mujco': did you mean 'mujoco'"):
         engines.make("mujco", scene(2))

@@ -1,0 +1,145 @@
+"""Data of a scripted policy beside OGBench's of the same policy: do they come from one law?"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy import stats
+
+from pigbench.data import collect
+from pigbench.data.collect import Simulation
+from pigbench.envs import CubeEnv, workspace
+from pigbench.envs.environment import SUCCESS_DISTANCE
+from pigbench.envs.observation import cube_poses, gripper_contact
+from pigbench.envs.oracles import POLICIES, Policy
+from pigbench.envs.oracles.targets import ON_TOP_DISTANCE
+from pigbench.envs.scene import CUBE_HALF_SIZE, Scene
+from pigbench.errors import lookup
+from pigbench.fidelity.recording import Recording
+from pigbench.fidelity.replay import TOUCH
+
+_CELL = 0.05  # metres, of the grid in which the workspace's coverage is counted
+_LEVEL = 0.01  # metres by which a resting cube may be higher or lower than an edge's length
+
+
+class Episode(NamedTuple):
+    """One episode of T control steps, whoever made it."""
+
+    cubes: np.ndarray  # (T, cubes, 3) metres
+    pinch: np.ndarray  # (T, 3) metres
+    contact: np.ndarray  # (T,)
+    actions: np.ndarray  # (T, 5)
+    ended: np.ndarray  # (T,) bool: the sub-task ended with this step
+    success: np.ndarray  # (T,) bool: its cube is then at its target
+
+
+class Comparison(NamedTuple):
+    """A quantity of both: means, and the two-sample Kolmogorov-Smirnov test of episodes' means.
+
+    The episode is the unit: what happens within one is not independent.
+    """
+
+    theirs: float
+    ours: float
+    statistic: float
+    p_value: float
+
+
+def _duration(episode: Episode) -> np.ndarray:
+    return np.diff(np.flatnonzero(episode.ended), prepend=-1)
+
+
+def _success(episode: Episode) -> np.ndarray:
+    return episode.success[episode.ended]
+
+
+def _stacked(episode: Episode) -> np.ndarray:
+    """Whether some cube rests on another, by control step."""
+    offset = episode.cubes[:, :, None] - episode.cubes[:, None]
+    near = np.linalg.norm(offset[..., :2], axis=-1) < ON_TOP_DISTANCE
+    on_top = np.abs(offset[..., 2] - 2 * CUBE_HALF_SIZE) < _LEVEL
+    return (near & on_top).any(axis=(1, 2))
+
+
+def _coverage(episode: Episode) -> np.ndarray:
+    """The share of the workspace's cells that the pinch point was in."""
+    low, high = np.array(workspace.PINCH.low), np.array(workspace.PINCH.high)
+    shape = np.ceil((high - low) / _CELL).astype(int)
+    cells = np.floor((np.clip(episode.pinch, low, high) - low) / _CELL).astype(int)
+    visited = np.unique(np.minimum(cells, shape - 1), axis=0)
+    return np.array([len(visited) / shape.prod()])
+
+
+QUANTITIES: Mapping[str, Callable[[Episode], np.ndarray]] = {
+    "height of the highest cube (m)": lambda episode: episode.cubes[..., 2].max(axis=-1),
+    "a cube on another": _stacked,
+    "gripper touches": lambda episode: episode.contact > TOUCH,
+    "duration of a sub-task (steps)": _duration,
+    "success of a sub-task": _success,
+    "norm of the move's action": lambda episode: np.linalg.norm(episode.actions[:, :3], axis=-1),
+    "size of the yaw's action": lambda episode: np.abs(episode.actions[:, 3]),
+    "size of the gripper's action": lambda episode: np.abs(episode.actions[:, 4]),
+    "share of the workspace visited": _coverage,
+}
+"""Name -> its values in an episode, (values,)."""
+
+
+def compare(theirs: Sequence[Episode], ours: Sequence[Episode]) -> dict[str, Comparison]:
+    """Every quantity that varies at all, by name."""
+    comparisons = {}
+    for name, values in QUANTITIES.items():
+        one, other = (
+            np.array([np.mean(values(episode)) for episode in episodes])
+            for episodes in (theirs, ours)
+        )
+        if np.ptp(np.concatenate([one, other])) == 0:
+            continue
+        test: Any = stats.ks_2samp(one, other)
+        comparisons[name] = Comparison(one.mean(), other.mean(), test.statistic, test.pvalue)
+    return comparisons
+
+
+def of_recording(scene: Scene, recording: Recording) -> Episode:
+    """A recorded episode of OGBench's."""
+    poses = recording.qpos[:-1, scene.cubes_qpos].reshape(-1, scene.num_cubes, 7)
+    return Episode(
+        cubes=poses[..., :3],
+        pinch=recording.pinch_pos[:-1],
+        contact=recording.contact[:-1],
+        actions=recording.actions,
+        ended=recording.ended,
+        success=recording.success,
+    )
+
+
+def simulate(
+    env: CubeEnv, policy_name: str, *, episodes: int, steps: int, seed: int
+) -> list[Episode]:
+    """Episodes of the policy of that name in our simulation."""
+    policy: Policy[Any] = lookup("policy", POLICIES, policy_name)(env.scene)
+
+    def step(simulation: Simulation) -> tuple[Simulation, Episode]:
+        before, target = simulation.physics, simulation.policy.target
+        ended = policy.ended(simulation.policy)
+        simulation, row = collect.step(env, policy, simulation)
+        after = cube_poses(env.scene, simulation.physics)[0][target.cube]
+        return simulation, Episode(
+            cubes=cube_poses(env.scene, before)[0],
+            pinch=before.pinch_pos,
+            contact=gripper_contact(before),
+            actions=row["actions"],
+            ended=ended,
+            success=jnp.linalg.norm(after - target.pos) <= SUCCESS_DISTANCE,
+        )
+
+    @jax.jit
+    def run(keys: jax.Array) -> Episode:
+        simulations = jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool)))(
+            keys
+        )
+        return jax.lax.scan(lambda batch, _: jax.vmap(step)(batch), simulations, length=steps)[1]
+
+    rows = jax.device_get(run(jax.random.split(jax.random.key(seed), episodes)))
+    return [jax.tree.map(lambda x: x[:, number], rows) for number in range(episodes)]  # noqa: B023
