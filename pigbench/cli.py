@@ -11,6 +11,7 @@ import io
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -50,6 +51,8 @@ COMMANDS = {
     "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),
     "bench evaluate": Command("bench", "Evaluate", "time evaluation beside OGBench's"),
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),
+    "bench scale": Command("scaling", "Scale", "time steps over numbers of simulations and cubes"),
+    "bench memory": Command("scaling", "Memory", "what a control step needs of a device's memory"),
     "toy": Command("toy", "Toy", "fit a known cost-to-go under each regulariser"),
 }
 USAGE_ERROR = 2
@@ -58,6 +61,7 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Run the command of `sys.argv`; the exit status is 2 for a user's error."""
+    warnings.formatwarning = _format_warning
     try:
         run(sys.argv[1:])
     except UserError as error:
@@ -68,6 +72,10 @@ def main() -> None:
         sys.exit(INTERRUPTED)
     except BrokenPipeError:
         sys.stderr.close()
+
+
+def _format_warning(message: Warning | str, *_: object) -> str:
+    return f"pigbench: {message}\n"
 
 
 def run(arguments: Sequence[str]) -> None:

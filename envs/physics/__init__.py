@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import jax
 
-from pigbench.envs.physics.base import Physics, PhysicsState
+from pigbench.envs.physics.base import Physics, PhysicsState, warn_of_overflow
 from pigbench.envs.physics.mjx import MjxJax, MjxWarp
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import Scene
@@ -30,4 +30,4 @@ def make(engine: str, scene: Scene) -> Physics:
     return lookup("physics engine", ENGINES, engine)(scene)
 
 
-__all__ = ["ENGINES", "Physics", "PhysicsState", "default_engine", "make"]
+__all__ = ["ENGINES", "Physics", "PhysicsState", "default_engine", "make", "warn_of_overflow"]

@@ -1,11 +1,13 @@
 """What every physics engine does: advance one simulation by one control step."""
 
 import abc
+import warnings
 from dataclasses import replace
 from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from flax import struct
 
 from pigbench.envs.scene import Scene
@@ -29,6 +31,18 @@ class PhysicsState:
     pad_force: jax.Array  # () norm of the external wrench on the right finger's pad
     diverged: jax.Array  # () bool; the rest is the last good state
     overflow: jax.Array  # () bool: it counts as diverged because the engine ran out of room for it
+
+
+def warn_of_overflow(states: PhysicsState) -> None:
+    """Warns if simulations of a batch count as diverged for want of room for their contacts."""
+    count = int(np.sum(states.overflow))
+    if count:
+        warnings.warn(
+            f"the physics engine had no room for all contacts of {count} simulations, "
+            "which count as diverged",
+            RuntimeWarning,
+            stacklevel=2,
+        )
 
 
 class Physics(abc.ABC):

@@ -55,7 +55,7 @@ class Train:
         contenders = training.contenders(
             self.environment, self.methods or agents.names(), self.preset
         )
-        timings = _measure("bench train", contenders, self.turns)
+        timings = measure("bench train", contenders, self.turns)
         reference = next(iter(timings))
         print(
             markdown_grid(
@@ -73,7 +73,7 @@ class Train:
                 ]
             )
         )
-        _save(self.json, self, timings)
+        save(self.json, self, timings)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -104,9 +104,9 @@ class Generate:
             for profile in self.physics
         ]
         theirs = peers.generation(self.environment)
-        timings = _measure("bench generate", [theirs, *ours], self.turns)
+        timings = measure("bench generate", [theirs, *ours], self.turns)
         _print_rates(timings)
-        _save(self.json, self, timings)
+        save(self.json, self, timings)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -143,9 +143,9 @@ class Evaluate:
             for profile, env in environments.items()
         ]
         theirs = peers.evaluation(envs.make(self.environment), self.method, self.preset)
-        timings = _measure("bench evaluate", [theirs, *ours], self.turns)
+        timings = measure("bench evaluate", [theirs, *ours], self.turns)
         _print_rates(timings)
-        _save(self.json, self, timings)
+        save(self.json, self, timings)
 
 
 def _print_rates(timings: Mapping[str, Timing]) -> None:
@@ -163,7 +163,8 @@ def _print_rates(timings: Mapping[str, Timing]) -> None:
     print(markdown_grid([header, *lines]))
 
 
-def _measure(task: str, contenders: list[Contender], turns: Turns) -> Mapping[str, Timing]:
+def measure(task: str, contenders: list[Contender], turns: Turns) -> Mapping[str, Timing]:
+    """Times of all contenders by name, under a progress line; compilation is not cached."""
     jax.config.update("jax_enable_compilation_cache", False)  # compilation is timed too
     total = (turns.turns + 1) * len(contenders)
     with Progress(task, total=total, unit="turns") as progress:
@@ -175,7 +176,8 @@ def _measure(task: str, contenders: list[Contender], turns: Turns) -> Mapping[st
         )
 
 
-def _save(path: Path | None, command: object, timings: Mapping[str, Timing]) -> None:
+def save(path: Path | None, command: object, timings: Mapping[str, Timing]) -> None:
+    """Keeps the settings of a command, and all seconds, with machine and versions."""
     if path is None:
         return
     settings = {name: value for name, value in vars(command).items() if name != "json"}

@@ -10,7 +10,7 @@ from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs import CubeEnv
 from pigbench.envs.oracles import Policy
-from pigbench.envs.physics import PhysicsState
+from pigbench.envs.physics import PhysicsState, warn_of_overflow
 from pigbench.support.progress import Progress
 
 FIELDS = ("observations", "actions", "terminals", "qpos", "qvel")
@@ -50,6 +50,7 @@ def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> N
                 chunks.append(jax.device_get(chunk))
                 note = f"{shard.name}, {dropped} episodes dropped"
                 progress.advance(shard.episodes * _chunk(spec.rows_per_episode), note)
+            warn_of_overflow(simulations.physics)
             kept = ~np.asarray(simulations.vacant | simulations.physics.diverged)
             dropped += shard.episodes - int(kept.sum())
             arrays = _episodes(chunks, kept)

@@ -11,6 +11,7 @@ import numpy as np
 
 from pigbench.agents import Agent, Params
 from pigbench.envs import CubeEnv, State
+from pigbench.envs.physics import PhysicsState, warn_of_overflow
 from pigbench.errors import UserError
 from pigbench.training.episodes import Episode
 
@@ -100,6 +101,8 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
         for stop in range(_REPORT_EVERY, env.episode_length + _REPORT_EVERY, _REPORT_EVERY):
             rollout = advance(params, rollout, min(stop, env.episode_length))
             report(int(rollout.time))
+        physics_states: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
+        warn_of_overflow(physics_states)
         info = rollout.states.info
         arrays = (info["success"], rollout.lengths, info["diverged"])
         return Outcome(*(np.asarray(array).reshape(shape) for array in arrays))
