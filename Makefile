@@ -30,7 +30,7 @@ $(TRAININGS): $(WORK)/%:
 	  --steps 20000 --evaluate-every 10000 --evaluation.episodes 20
 
 test: .venv/installed
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses logical --dist loadfile
 
 lint: .venv/installed
 	$(BIN)/ruff format --check

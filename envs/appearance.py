@@ -85,7 +85,7 @@ def build(num_cubes: int, *, width: int, height: int) -> mujoco.MjModel:
     else:
         for description in MESHES:
             _add_meshes(spec, folder, description)
-        _hide_pads(spec)
+        _hide_boxes(spec)
     return spec.compile()
 
 
@@ -180,10 +180,12 @@ def _add_meshes(spec: mujoco.MjSpec, folder: Path, description: Meshes) -> None:
 
 
 def _hide_pads(spec: mujoco.MjSpec) -> None:
-    """The boxes that collide, where meshes are seen in their place."""
-    for geom in spec.geoms:
-        if geom.name.startswith(("right_pad", "left_pad")):
-            geom.group = HIDDEN
+    """The gripper's boxes that collide, where meshes are seen in their place."""
+    links = {box.link for box in scene.PROFILES["exact"].links} | {"right_pad", "left_pad"}
+    for name in links:
+        for geom in spec.body(name).geoms:
+            if geom.type == mujoco.mjtGeom.mjGEOM_BOX:
+                geom.group = HIDDEN
 
 
 def _add_shape(body: mujoco.MjsBody, kind: mujoco.mjtGeom, rgba, **shape) -> None:

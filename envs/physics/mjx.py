@@ -66,10 +66,9 @@ class MjxPhysics(Physics):
     def _simulate(self, substeps: int, states: PhysicsState, ctrl: jax.Array) -> PhysicsState:
         """So many substeps of a batch, arrays (simulations, ...); none: what follows from it."""
         with jax.ensure_compile_time_eval():
-            blank = self._make_data(len(ctrl))
-            values = jax.tree.map(np.asarray, blank)
+            data = jax.tree.map(np.asarray, self._make_data(len(ctrl)))
         # Buffers are of one number each: computed, they are no constants in the program.
-        blank = jax.tree.map(_uniform, values)
+        blank = jax.tree.map(_uniform, data)
 
         def simulate(state: PhysicsState, ctrl: jax.Array) -> PhysicsState:
             data = blank.replace(

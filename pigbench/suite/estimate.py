@@ -1,6 +1,6 @@
 """How long a suite will take, from rates measured here and now."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from pigbench.bench.timing import alternate
 from pigbench.suite.jobs import data_folder
 from pigbench.suite.spec import Cell, Environment, Suite
 from pigbench.suite.status import DONE, is_complete, status
+from pigbench.support.progress import Progress
 
 _SECONDS = 1.0  # of measuring each rate
 
@@ -25,11 +26,21 @@ class Estimate(NamedTuple):
 def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: Path) -> Estimate:
     """Times what is missing of a suite; `configs` are by method and variant."""
     todo = [(cell, steps) for cell, state, steps, _ in status(suite, out) if state != DONE]
-    cells = [cell for cell, _ in todo]
-    update = {
-        environment: _updates(environment, configs, cells) for environment in suite.environments
+    asked = {
+        environment: {(c.method, c.variant) for c, _ in todo if c.environment == environment}
+        for environment in suite.environments
     }
-    step = {environment: _step(environment, suite) for environment in suite.environments}
+    total = sum(len(own) + 1 for own in asked.values())
+    with Progress("measuring", total=2 * total, unit="turns") as progress:  # one to warm up
+
+        def tell(name: str) -> None:
+            progress.advance(1, name)
+
+        update = {
+            environment: _updates(environment, configs, own, tell)
+            for environment, own in asked.items()
+        }
+        step = {environment: _step(environment, suite, tell) for environment in asked}
     return Estimate(
         data={
             environment.name: environment.transitions * step[environment]
@@ -52,28 +63,29 @@ def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: 
 def _updates(
     environment: Environment,
     configs: Mapping[tuple[str, str], AgentConfig],
-    cells: Sequence[Cell],
+    asked: Collection[tuple[str, str]],
+    tell: Callable[[str], object],
 ) -> Mapping[tuple[str, str], float]:
-    """Seconds an update of each method and variant among the environment's cells."""
+    """Seconds an update of each method and variant that is asked for."""
     env = envs.make(environment.name)
     rows = training.noise(env)
-    asked = {(cell.method, cell.variant) for cell in cells if cell.environment == environment}
     contenders = {
         (method, variant): training.updates(
             env, rows, method, configs[method, variant], name=f"{method}+{variant}"
         )
         for method, variant in sorted(asked)
     }
-    timings = alternate(list(contenders.values()), turns=1, seconds=_SECONDS)
+    timings = alternate(list(contenders.values()), turns=1, seconds=_SECONDS, report=tell)
     return {key: timings[contender.name].median for key, contender in contenders.items()}
 
 
-def _step(environment: Environment, suite: Suite) -> float:
+def _step(environment: Environment, suite: Suite, tell: Callable[[str], object]) -> float:
     """Seconds a control step of one of many simulations."""
     env = envs.make(environment.name, profile=suite.data.physics)
     simulations = env.num_tasks * suite.evaluation.episodes
     contender = simulation.steps(env, simulations, name=environment.name)
-    return alternate([contender], turns=1, seconds=_SECONDS)[environment.name].median
+    timings = alternate([contender], turns=1, seconds=_SECONDS, report=tell)
+    return timings[environment.name].median
 
 
 def _evaluation_steps(environment: Environment, suite: Suite) -> int:
