@@ -179,7 +179,7 @@ def _add_meshes(spec: mujoco.MjSpec, folder: Path, description: Meshes) -> None:
                 )
 
 
-def _hide_pads(spec: mujoco.MjSpec) -> None:
+def _hide_boxes(spec: mujoco.MjSpec) -> None:
     """The gripper's boxes that collide, where meshes are seen in their place."""
     links = {box.link for box in scene.PROFILES["exact"].links} | {"right_pad", "left_pad"}
     for name in links:
