@@ -144,9 +144,9 @@ class CubeEnv(Env):
         actions = jax.random.uniform(
             action_key, (SETTLING_STEPS, control.ACTION_SIZE), minval=-1.0, maxval=1.0
         )
-        for action in actions:
-            physics_state = self.simulate(physics_state, action)
-        return physics_state
+        return jax.lax.scan(
+            lambda state, action: (self.simulate(state, action), None), physics_state, actions
+        )[0]
 
     def _place(self, arm_key: jax.Array, cubes: jax.Array, yaw: jax.Array) -> PhysicsState:
         """A scene at rest: the arm at a random pose, the cubes at positions and yaws."""

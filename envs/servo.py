@@ -24,25 +24,21 @@ def joint_targets(pinch_pos: jax.Array, pinch_yaw: jax.Array, joints: jax.Array)
     """Where the arm at `joints` (6,) is to go for a pinch pose (3,) and (), gripper down: (6,)."""
     goal_pos, goal_rotation, *_ = flange(kinematics.inverse(pinch_pos, pinch_yaw, joints))
 
-    def error(pose: tuple[jax.Array, ...]) -> tuple[jax.Array, jax.Array]:
-        pos, rotation, *_ = pose
-        return goal_pos - pos, rotation_vector(goal_rotation @ rotation.T)
-
-    def going_on(carry: tuple[jax.Array, jax.Array]) -> jax.Array:
-        steps, joints = carry
-        shift, turn = error(flange(joints))
-        far = (_length(shift) > POSITION_TOLERANCE) | (_length(turn) > ANGLE_TOLERANCE)
+    def going_on(carry: tuple[jax.Array, jax.Array, jax.Array]) -> jax.Array:
+        steps, _, far = carry
         return far & (steps < MAX_STEPS)
 
-    def step(carry: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
-        steps, joints = carry
-        pose = flange(joints)
-        pos, _, axes, anchors = pose
+    def step(carry: tuple[jax.Array, jax.Array, jax.Array]) -> tuple[jax.Array, ...]:
+        steps, joints, _ = carry
+        pos, rotation, axes, anchors = flange(joints)
+        shift, turn = goal_pos - pos, rotation_vector(goal_rotation @ rotation.T)
+        far = (_length(shift) > POSITION_TOLERANCE) | (_length(turn) > ANGLE_TOLERANCE)
         jacobian = jnp.concatenate([jnp.cross(axes, pos - anchors), axes], axis=-1).T
-        update = _solve(jacobian, jnp.concatenate(error(pose)))
-        return steps + 1, joints + update * jnp.minimum(1.0, MAX_TURN / jnp.abs(update).max())
+        update = _solve(jacobian, jnp.concatenate([shift, turn]))
+        update *= jnp.minimum(1.0, MAX_TURN / jnp.abs(update).max())
+        return steps + 1, jnp.where(far, joints + update, joints), far
 
-    return jax.lax.while_loop(going_on, step, (0, joints))[1]
+    return jax.lax.while_loop(going_on, step, (0, joints, True))[1]
 
 
 def flange(joints: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
@@ -75,15 +71,19 @@ def _solve(matrix: jax.Array, vector: jax.Array) -> jax.Array:
     Elementwise under `vmap`: the batched solver of jaxlib can hang a small machine.
     """
     size = len(vector)
+    rows = jnp.arange(size)
+
+    def eliminate(
+        column: jax.Array, carry: tuple[jax.Array, jax.Array]
+    ) -> tuple[jax.Array, jax.Array]:
+        system, order = carry
+        used = jnp.any(order[:, None] == rows, axis=0)
+        pivot = jnp.argmax(jnp.where(used, -1.0, jnp.abs(system[:, column])))
+        row = system[pivot] / system[pivot, column]
+        rest = system - system[:, column, None] * row
+        return jnp.where((rows == pivot)[:, None], row, rest), order.at[column].set(pivot)
+
     system = jnp.concatenate([matrix, vector[:, None]], axis=1)
-    free = jnp.ones(size, bool)
-    pivots = []
-    for column in range(size):
-        best = jnp.argmax(jnp.where(free, jnp.abs(system[:, column]), -1.0))
-        pivot = jnp.arange(size) == best
-        row = jnp.sum(jnp.where(pivot[:, None], system, 0.0), axis=0)
-        row = row / row[column]
-        system = jnp.where(pivot[:, None], row, system - system[:, column, None] * row)
-        free &= ~pivot
-        pivots.append(pivot)
-    return jnp.stack([jnp.sum(jnp.where(pivot, system[:, -1], 0.0)) for pivot in pivots])
+    order = jnp.full(size, size)
+    system, order = jax.lax.fori_loop(0, size, eliminate, (system, order))
+    return system[order, -1]

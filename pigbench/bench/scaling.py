@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from matplotlib.ticker import ScalarFormatter
 
 from pigbench import envs
 from pigbench.bench.timing import Timing
@@ -78,9 +77,9 @@ def draw(
             rates = [1 / timing.median for timing in timings.values()]
             panel.plot(counts, rates, marker="o", color=styles.BLUE)
             panel.set_xscale("log", base=2)
-            panel.xaxis.set_major_formatter(ScalarFormatter())
+            panel.set_xticks(counts, labels=[f"{count:,}" for count in counts])
             panel.set_xlabel(what)
-            panel.set_ylim(bottom=0)
+        left.set_ylim(bottom=0)  # of both
         left.set_title(next(iter(by_simulations)).environment)
         right.set_title(f"{next(iter(by_cubes)).simulations:,} simulations")
         left.set_ylabel("control steps a second")

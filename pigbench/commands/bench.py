@@ -180,7 +180,7 @@ def save(path: Path | None, command: object, timings: Mapping[str, Timing]) -> N
     """Keeps the settings of a command, and all seconds, with machine and versions."""
     if path is None:
         return
-    settings = {name: value for name, value in vars(command).items() if name != "json"}
+    settings = {name: value for name, value in vars(command).items() if not isinstance(value, Path)}
     settings["turns"] = dataclasses.asdict(settings["turns"])
     content = {
         "settings": settings,
