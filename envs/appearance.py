@@ -181,8 +181,7 @@ def _add_meshes(spec: mujoco.MjSpec, folder: Path, description: Meshes) -> None:
 
 def _hide_boxes(spec: mujoco.MjSpec) -> None:
     """The gripper's boxes that collide, where meshes are seen in their place."""
-    links = {box.link for box in scene.PROFILES["exact"].links} | {"right_pad", "left_pad"}
-    for name in links:
+    for name in ("right_pad", "left_pad", *(box.link for box in scene.LINK_BOXES)):
         for geom in spec.body(name).geoms:
             if geom.type == mujoco.mjtGeom.mjGEOM_BOX:
                 geom.group = HIDDEN

@@ -3,7 +3,6 @@
 # mujoco's compiled modules carry no types.
 # pyright: reportAttributeAccessIssue=false
 
-import ctypes.util
 import importlib
 import os
 from typing import Any
@@ -11,11 +10,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from pigbench import opengl
 from pigbench.envs import appearance
 from pigbench.errors import UserError
-
-# How OpenGL is reached without a screen, in order of preference: name in MUJOCO_GL -> library.
-LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
 
 
 class Renderer:
@@ -80,13 +77,10 @@ class Canvas:
 
 def _opengl(width: int, height: int) -> Any:
     """A current OpenGL context of MuJoCo's, by MUJOCO_GL or the first library there is."""
-    installed = (name for name, library in LIBRARIES.items() if ctypes.util.find_library(library))
+    installed = filter(opengl.is_installed, opengl.LIBRARIES)
     name = os.environ.get("MUJOCO_GL") or next(installed, None)
     if name is None:
-        raise UserError(
-            "nothing can be drawn here: install EGL (on Debian: apt-get install libegl1 "
-            "libgl1-mesa-dri) or OSMesa (libosmesa6)"
-        )
+        raise UserError(f"nothing can be drawn here: install {opengl.PACKAGES}")
     try:
         context = importlib.import_module(f"mujoco.{name}").GLContext(width, height)
         context.make_current()
@@ -94,6 +88,6 @@ def _opengl(width: int, height: int) -> Any:
     except Exception as error:
         raise UserError(
             f"nothing can be drawn here with OpenGL by {name} ({error}); set MUJOCO_GL to another "
-            f"of {', '.join(LIBRARIES)}"
+            f"of {', '.join(opengl.LIBRARIES)}"
         ) from error
     return context

@@ -2,7 +2,7 @@
 
 What collides is what OGBench's own play data brings into contact, as explicit pairs: pads, cubes,
 floor, walls and, where a grasp goes wrong, links of the gripper. Two profiles of one scene: `exact`
-gives each finger OGBench's two pad boxes, `fast` one box a finger, and links that nothing touches.
+gives each finger OGBench's two pad boxes, `fast` one box a finger.
 """
 
 # mujoco's compiled modules carry no types.
@@ -53,34 +53,26 @@ class LinkBox:
     tilt: float = 0.0  # radians
 
 
-@dataclass(frozen=True)
-class Profile:
-    """What of the gripper collides: the boxes of one finger's pad, and those of links."""
-
-    pad: tuple[PadBox, ...]
-    links: tuple[LinkBox, ...] = ()
-
-
 # Each has one face in common with OGBench's mesh, the one that cubes get at.
-_PALM = LinkBox("gripper_base", (0.01, 0.0155, 0.01), (0.0, 0.0, 0.08))
-_FINGER_LINKS = tuple(
-    replace(box, link=f"{side}_{box.link}")
-    for side in ("right", "left")
-    for box in (
-        LinkBox("spring_link", (0.014, 0.006, 0.0286), (0.0, 0.01865, 0.02168), -0.7108),
-        LinkBox("follower", (0.007, 0.00275, 0.0233), (0.0, -0.00662, 0.02213), 0.4313),
-    )
+LINK_BOXES = (
+    LinkBox("gripper_base", (0.01, 0.0155, 0.01), (0.0, 0.0, 0.08)),
+    *(
+        replace(box, link=f"{side}_{box.link}")
+        for side in ("right", "left")
+        for box in (
+            LinkBox("spring_link", (0.014, 0.006, 0.0286), (0.0, 0.01865, 0.02168), -0.7108),
+            LinkBox("follower", (0.007, 0.00275, 0.0233), (0.0, -0.00662, 0.02213), 0.4313),
+        )
+    ),
 )
 
+# Profile -> the boxes of one finger's pad.
 PROFILES = {
-    "exact": Profile(
-        pad=(
-            PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.028125), 0.7),
-            PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.009375), 0.6),
-        ),
-        links=(_PALM, *_FINGER_LINKS),
+    "exact": (
+        PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.028125), 0.7),
+        PadBox((0.011, 0.004, 0.009375), (0, -0.0026, 0.009375), 0.6),
     ),
-    "fast": Profile(pad=(PadBox((0.011, 0.004, 0.01875), (0, -0.0026, 0.01875), 0.7),)),
+    "fast": (PadBox((0.011, 0.004, 0.01875), (0, -0.0026, 0.01875), 0.7),),
 }
 
 
@@ -145,7 +137,7 @@ def build(num_cubes: int, profile: str = "exact") -> Scene:
 
 def describe(num_cubes: int, profile: str) -> mujoco.MjSpec:
     """The scene before it is compiled, as `build` has it."""
-    gripper = lookup("physics profile", PROFILES, profile)
+    pad_boxes = lookup("physics profile", PROFILES, profile)
     spec = mujoco.MjSpec()
     spec.modelname = f"pigbench_{num_cubes}_cubes_{profile}"
     spec.compiler.degree = False
@@ -156,9 +148,9 @@ def describe(num_cubes: int, profile: str) -> mujoco.MjSpec:
     option.impratio = 10.0
 
     _add_statics(spec)
-    _add_robot(spec, gripper)
+    _add_robot(spec, pad_boxes)
     cubes = [_add_cube(spec, i, num_cubes) for i in range(num_cubes)]
-    _add_contacts(spec, cubes, gripper)
+    _add_contacts(spec, cubes, pad_boxes)
     return spec
 
 
@@ -182,7 +174,7 @@ def _add_box(body: mujoco.MjsBody, name: str, half_size, pos=(0, 0, 0), **inerti
     )
 
 
-def _add_robot(spec: mujoco.MjSpec, gripper: Profile) -> None:
+def _add_robot(spec: mujoco.MjSpec, pad_boxes: tuple[PadBox, ...]) -> None:
     bodies = {"world": spec.worldbody}
     for link in robot.LINKS:
         body = bodies[link.parent].add_body(
@@ -201,10 +193,10 @@ def _add_robot(spec: mujoco.MjSpec, gripper: Profile) -> None:
     bodies["gripper_base"].add_site(name="pinch", pos=(0, 0, robot.PINCH_HEIGHT))
     for side in ("right", "left"):
         pad = bodies[f"{side}_pad"]
-        for i, box in enumerate(gripper.pad):
+        for i, box in enumerate(pad_boxes):
             _add_box(pad, f"{side}_pad_{i}", box.half_size, box.pos)
         _close_linkage(spec, side)
-    for box in gripper.links:
+    for box in LINK_BOXES:
         quat = (math.cos(box.tilt / 2), math.sin(box.tilt / 2), 0, 0)
         _add_box(bodies[box.link], f"{box.link}_box", box.half_size, box.pos, quat=quat)
     _couple_drivers(spec)
@@ -321,11 +313,9 @@ def _add_cube(spec: mujoco.MjSpec, index: int, num_cubes: int) -> str:
     return name
 
 
-def _add_contacts(spec: mujoco.MjSpec, cubes: list[str], gripper: Profile) -> None:
-    pads = {
-        f"{side}_pad_{i}": box for side in ("right", "left") for i, box in enumerate(gripper.pad)
-    }
-    links = [f"{box.link}_box" for box in gripper.links]
+def _add_contacts(spec: mujoco.MjSpec, cubes: list[str], pad_boxes: tuple[PadBox, ...]) -> None:
+    pads = {f"{side}_pad_{i}": box for side in ("right", "left") for i, box in enumerate(pad_boxes)}
+    links = [f"{box.link}_box" for box in LINK_BOXES]
     for cube in cubes:
         for other in ("floor", *WALLS, *links):
             _add_pair(spec, other, cube, CUBE_OTHER)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import tyro
 
-from pigbench import plugins
+from pigbench import opengl, plugins
 from pigbench.errors import UserError, lookup
 
 
@@ -87,6 +87,7 @@ def parse(arguments: Sequence[str]) -> Any:
     """The command that `arguments` ask for. Raises UserError for what the user got wrong."""
     files, arguments = _take_plugins(arguments)
     name, rest = _choose(arguments)
+    opengl.check_choice()
     _cache_compilations()
     plugins.load_installed()
     for file in files:

@@ -1,9 +1,10 @@
 """Pictures: of the right things, in the right places, as OGBench's."""
 
+import ctypes.util
+
 import numpy as np
 import pytest
 
-from pigbench.envs import rendering
 from pigbench.envs.rendering import Canvas, Renderer
 from pigbench.errors import UserError
 
@@ -70,7 +71,7 @@ def test_looks_as_ogbenchs_own_picture(renderer, ogbench_env):
 
 def test_nothing_to_draw_with(monkeypatch):
     monkeypatch.delenv("MUJOCO_GL", raising=False)
-    monkeypatch.setattr(rendering.ctypes.util, "find_library", lambda _: None)
+    monkeypatch.setattr(ctypes.util, "find_library", lambda _: None)
     with pytest.raises(UserError, match="install EGL"):
         Renderer(1)
     monkeypatch.setenv("MUJOCO_GL", "nonsense")
