@@ -92,7 +92,7 @@ class ParityData:
     """Environment."""
     policies: tuple[str, ...] = ("play", "noisy")
     """Scripted policies."""
-    episodes: int = 40
+    episodes: int = 20
     """Episodes of 1,000 control steps, of each."""
     seed: int = 0
     """Seed of the episodes."""
