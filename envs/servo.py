@@ -17,6 +17,8 @@ ANGLE_TOLERANCE = 1e-4  # radians
 MAX_TURN = np.radians(45)  # of any joint in one step
 MAX_STEPS = 20  # a move of one action takes two or three
 
+Carry = tuple[jax.Array, jax.Array, jax.Array]  # steps done, joints, whether they are still far
+
 _CHAIN = robot.ARM[: 1 + max(i for i, link in enumerate(robot.ARM) if link.joint)]
 
 
@@ -24,11 +26,11 @@ def joint_targets(pinch_pos: jax.Array, pinch_yaw: jax.Array, joints: jax.Array)
     """Where the arm at `joints` (6,) is to go for a pinch pose (3,) and (), gripper down: (6,)."""
     goal_pos, goal_rotation, *_ = flange(kinematics.inverse(pinch_pos, pinch_yaw, joints))
 
-    def going_on(carry: tuple[jax.Array, jax.Array, jax.Array]) -> jax.Array:
+    def going_on(carry: Carry) -> jax.Array:
         steps, _, far = carry
         return far & (steps < MAX_STEPS)
 
-    def step(carry: tuple[jax.Array, jax.Array, jax.Array]) -> tuple[jax.Array, ...]:
+    def step(carry: Carry) -> Carry:
         steps, joints, _ = carry
         pos, rotation, axes, anchors = flange(joints)
         shift, turn = goal_pos - pos, rotation_vector(goal_rotation @ rotation.T)
@@ -38,7 +40,7 @@ def joint_targets(pinch_pos: jax.Array, pinch_yaw: jax.Array, joints: jax.Array)
         update *= jnp.minimum(1.0, MAX_TURN / jnp.abs(update).max())
         return steps + 1, jnp.where(far, joints + update, joints), far
 
-    return jax.lax.while_loop(going_on, step, (0, joints, True))[1]
+    return jax.lax.while_loop(going_on, step, (jnp.asarray(0), joints, jnp.asarray(True)))[1]
 
 
 def flange(joints: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 from pigbench import envs
 from pigbench.bench.timing import Timing
 from pigbench.envs import CubeEnv
+from pigbench.errors import UserError
 from pigbench.report import canvas, styles
 
 _PANEL = 3.2, 2.4  # inches
@@ -55,6 +56,8 @@ def footprint(env: CubeEnv, simulations: int) -> Footprint:
     )
     program = jax.jit(jax.vmap(env.simulate)).lower(states, actions).compile()
     sizes = program.memory_analysis()
+    if sizes is None:
+        raise UserError("JAX's compiler does not count memory on this device: try another")
     return Footprint(
         arguments=sizes.argument_size_in_bytes,
         results=sizes.output_size_in_bytes,

@@ -25,14 +25,14 @@ _LEVEL = 0.01  # metres by which a resting cube may be higher or lower than an e
 
 
 class Episode(NamedTuple):
-    """One episode of T control steps, whoever made it."""
+    """One episode of T control steps, whoever made it: NumPy's arrays, while simulating JAX's."""
 
-    cubes: np.ndarray  # (T, cubes, 3) metres
-    pinch: np.ndarray  # (T, 3) metres
-    contact: np.ndarray  # (T,)
-    actions: np.ndarray  # (T, 5)
-    ended: np.ndarray  # (T,) bool: the sub-task ended with this step
-    success: np.ndarray  # (T,) bool: its cube is then at its target
+    cubes: Any  # (T, cubes, 3) metres
+    pinch: Any  # (T, 3) metres
+    contact: Any  # (T,)
+    actions: Any  # (T, 5)
+    ended: Any  # (T,) bool: the sub-task ended with this step
+    success: Any  # (T,) bool: its cube is then at its target
 
 
 class Comparison(NamedTuple):

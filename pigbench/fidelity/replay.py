@@ -184,7 +184,7 @@ def _outcome(motion: Motion, places: Places, lengths: np.ndarray) -> tuple[np.nd
     cube = motion.cube_pos[:, number, cubes]  # (T, N, 3)
     under_way = np.arange(len(cube))[:, None] < lengths
     risen = cube[..., 2] > cube[0, :, 2] + CUBE_HALF_SIZE
-    grasped = (risen & (motion.contact > TOUCH) & under_way).any(axis=0)
+    grasped = np.asarray((risen & (motion.contact > TOUCH) & under_way).any(axis=0))
     last = cube[lengths - 1, number]
     placed = np.linalg.norm(last - targets, axis=-1) <= SUCCESS_DISTANCE
     return grasped, placed
