@@ -22,8 +22,8 @@ from pigbench.errors import UserError
 Run = Callable[[PhysicsState, jax.Array], PhysicsState]
 """From states and controls to states."""
 
-# Room for contacts of one simulation, of which OGBench's play needs half at most: the grasp, and
-# what a cube shares with the floor, a wall and its neighbours.
+# Room for contacts of one simulation: those of a grasp, and those that a cube has with the floor, a
+# wall and its neighbours. Six episodes of OGBench's play with two cubes have 24 at most, of 56.
 _GRASP_CONTACTS, _CUBE_CONTACTS = 32, 12
 _ROWS = 3  # constraint rows of a contact, and the most of an equality
 

@@ -94,7 +94,8 @@ Places = Sequence[tuple[Recording, int]]
 
 def _replay(env: CubeEnv, places: Places, steps: int) -> Motion:
     """Our simulations, from the recorded states and under the recorded actions."""
-    starts = [_start(env, recording, row) for recording, row in places]
+    blank = jax.device_get(jax.jit(env.physics.init)(jnp.asarray(env.scene.home_qpos)))
+    starts = [_start(blank, recording, row) for recording, row in places]
     states = jax.tree.map(lambda *leaves: np.stack(leaves), *starts)
     actions = np.stack([_stretch(r.actions, row, steps) for r, row in places], axis=1)
 
@@ -117,9 +118,8 @@ def _replay(env: CubeEnv, places: Places, steps: int) -> Motion:
     )
 
 
-def _start(env: CubeEnv, recording: Recording, row: int) -> PhysicsState:
+def _start(blank: PhysicsState, recording: Recording, row: int) -> PhysicsState:
     """The recorded state, with what a control step leaves behind for the next one."""
-    blank = jax.tree.map(np.asarray, _blank(env))
     return blank.replace(
         qpos=np.float32(recording.qpos[row]),
         qvel=np.float32(recording.qvel[row]),
@@ -128,10 +128,6 @@ def _start(env: CubeEnv, recording: Recording, row: int) -> PhysicsState:
         pinch_yaw=np.float32(recording.pinch_yaw[row]),
         pad_force=np.float32(recording.contact[row] / PAD_FORCE_SCALE),
     )
-
-
-def _blank(env: CubeEnv) -> PhysicsState:
-    return env.physics.init(jnp.asarray(env.scene.home_qpos))
 
 
 def _recorded(scene: Scene, places: Places, steps: int) -> Motion:
