@@ -1,6 +1,7 @@
 """Recorded actions of OGBench applied here, from the same states: how far apart do we come out?"""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -120,7 +121,8 @@ def _replay(env: CubeEnv, places: Places, steps: int) -> Motion:
 
 def _start(blank: PhysicsState, recording: Recording, row: int) -> PhysicsState:
     """The recorded state, with what a control step leaves behind for the next one."""
-    return blank.replace(
+    return replace(
+        blank,
         qpos=np.float32(recording.qpos[row]),
         qvel=np.float32(recording.qvel[row]),
         warmstart=np.float32(recording.warmstart[row]),
