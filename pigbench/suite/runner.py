@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pigbench.suite.jobs import Job
 
-ONE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
 """XLA's flags for one thread a process: as many processes as cores do more than one of all."""
 
 FAILURE = "exit status"
