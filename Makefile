@@ -24,7 +24,7 @@ quickstart: .venv/installed
 	@echo "data, runs, table and plot lie in $(WORK)"
 
 # Two processes of one thread each use two cores better than one of two.
-$(TRAININGS) test: export XLA_FLAGS = --xla_cpu_multi_thread_eigen=false
+$(TRAININGS) test: export NPROC = 1
 $(TRAININGS): $(WORK)/%:
 	$(BIN)/pigbench train $* --data $(WORK)/data --out $@ --preset cpu --agent.batch-size 128 \
 	  --steps 20000 --evaluate-every 10000 --evaluation.episodes 20

@@ -36,7 +36,7 @@ class Turns:
 class Train:
     """Time the updates of methods, and compare them with the first one's.
 
-    On two cores or more, set XLA_FLAGS for the number of threads you mean to train with.
+    On two cores or more, set NPROC to the number of threads you mean to train with.
     """
 
     methods: tyro.conf.Positional[tuple[str, ...]] = ()

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from pigbench.suite.jobs import Job
 
-ONE_THREAD = "--xla_cpu_multi_thread_eigen=false"
-"""XLA's flags for one thread a process: as many processes as cores do more than one of all."""
+_ONE_THREAD = {"NPROC": "1"}
+"""One thread of XLA a process: as many processes as cores do more than one of all."""
 
 FAILURE = "exit status"
 """How the line begins that ends the log of a job that failed."""
@@ -75,9 +75,7 @@ def _start(
     job: Job, log: Path, options: Sequence[str], *, alone: bool
 ) -> "subprocess.Popen[bytes]":
     log.parent.mkdir(parents=True, exist_ok=True)
-    environment = dict(os.environ)
-    if not alone:
-        environment.setdefault("XLA_FLAGS", ONE_THREAD)
+    environment = os.environ if alone else _ONE_THREAD | os.environ
     with open(log, "ab") as file:
         return subprocess.Popen(
             [sys.executable, "-P", "-m", "pigbench", *job.arguments, *options],

@@ -12,6 +12,8 @@ import jax
 
 PACKAGES = ("pigbench", "jax", "mujoco")
 
+_XLA_VARIABLES = ("XLA_FLAGS", "NPROC")
+
 
 def package_versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
     """The installed version of each package."""
@@ -32,7 +34,7 @@ def surroundings() -> dict[str, Any]:
             "platform": platform.platform(),
             "cpu_count": os.cpu_count(),
             "device": jax.devices()[0].device_kind,
-            "xla_flags": os.environ.get("XLA_FLAGS", ""),
+            "environment": {name: os.environ.get(name, "") for name in _XLA_VARIABLES},
         },
     }
 
