@@ -6,7 +6,8 @@ from collections.abc import Callable
 import jax
 
 from pigbench.envs.physics.base import Physics, PhysicsState, warn_of_overflow
-from pigbench.envs.physics.mjx import MjxJax, MjxWarp
+from pigbench.envs.physics.mjx_jax import MjxJax
+from pigbench.envs.physics.mjx_warp import MjxWarp
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import Scene
 from pigbench.errors import lookup
