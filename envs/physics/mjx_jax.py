@@ -52,7 +52,7 @@ def _mend_line_search() -> None:
     """
     from mujoco.mjx._src import solver
 
-    evaluate = solver._LSPoint.create
+    evaluate: Any = solver._LSPoint.create
     rounding = 16 * float(jnp.finfo(jnp.float32).eps)
 
     def evaluate_safely(*arguments: Any) -> Any:
