@@ -41,10 +41,10 @@ def test_a_simulation_that_diverges_is_flagged_alone(warp, situations):
     np.testing.assert_array_equal(after.qpos[1], states.qpos[1])
 
 
-@pytest.mark.parametrize("room", [("_GRASP_CONTACTS", "_CUBE_CONTACTS"), ("_ROWS",)])
+@pytest.mark.parametrize("room", [{"_GRASP_CONTACTS": 1, "_CUBE_CONTACTS": 1}, {"_ROWS": 0}])
 def test_want_of_room_for_contacts_or_rows_is_reported(monkeypatch, capfd, scene, situations, room):
-    for name in room:
-        monkeypatch.setattr(mjx_warp, name, 0 if name == "_ROWS" else 1)
+    for name, size in room.items():
+        monkeypatch.setattr(mjx_warp, name, size)
     physics = MjxWarp(scene(2))
     states = jax.jit(jax.vmap(physics.init))(*situations[:2])
     after = jax.jit(jax.vmap(physics.step))(states, situations[2])
