@@ -27,6 +27,7 @@ from pigbench.suite.status import (
     last_lines,
     log_path,
     status,
+    update,
 )
 from pigbench.support import files
 from pigbench.support.compare import require_same
@@ -139,6 +140,8 @@ def _generate(suite: Suite, out: Path) -> list[tuple[str, int]]:
         for environment in suite.environments
         if not is_complete(jobs.data_folder(environment, out))
     ]
+    if not todo:
+        return []
     with Progress("data sets", total=len(todo), unit="data sets") as progress:
 
         def tell(running: Sequence[str]) -> None:
@@ -151,17 +154,18 @@ def _generate(suite: Suite, out: Path) -> list[tuple[str, int]]:
 
 def _train(suite: Suite, out: Path, workers: int, *, without: set[str]) -> list[tuple[str, int]]:
     """Train and evaluate the cells that are not done and have their data."""
-    before = status(suite, out)
+    now = status(suite, out)
     todo = [
         jobs.training(suite, cell, out)
-        for cell, state, *_ in before
+        for cell, state, *_ in now
         if state != DONE and jobs.data_job(cell.environment) not in without
     ]
-    total = sum(one.cell.environment.steps for one in before)
-    with Progress("suite", total=total, unit="updates", done=_done(before)) as progress:
+    total = sum(one.cell.environment.steps for one in now)
+    with Progress("suite", total=total, unit="updates", done=_done(now)) as progress:
 
         def tell(running: Sequence[str]) -> None:
-            now = status(suite, out)
+            nonlocal now
+            now = update(now, out)
             finished = sum(one.state == DONE for one in now)
             note = f"{finished} of {len(now)} cells, {_last_said(out, running)}"
             progress.reach(_done(now), note)

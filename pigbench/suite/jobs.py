@@ -13,17 +13,18 @@ EPISODE_LENGTH = 1001  # rows: one transition fewer
 
 @dataclass(frozen=True)
 class Job:
-    """A `pigbench` command, under a name that no other of the suite has."""
+    """A `pigbench` command that writes a folder, under a name that no other of the suite has."""
 
     name: str
+    folder: Path
     arguments: tuple[str, ...]
 
 
 def generation(suite: Suite, environment: Environment, out: Path) -> Job:
     """The job that makes an environment's data set, or what of it is missing."""
-    data = suite.data
+    data, folder = suite.data, data_folder(environment, out)
     options: dict[str, Any] = {
-        "out": data_folder(environment, out),
+        "out": folder,
         "policy": data.policy,
         "physics": data.physics,
         "seed": data.seed,
@@ -32,14 +33,15 @@ def generation(suite: Suite, environment: Environment, out: Path) -> Job:
     }
     if data.validation_episodes is not None:
         options["validation-episodes"] = data.validation_episodes
-    return Job(data_job(environment), ("generate", environment.name, *_flags(options)))
+    return Job(data_job(environment), folder, ("generate", environment.name, *_flags(options)))
 
 
 def training(suite: Suite, cell: Cell, out: Path) -> Job:
     """The job that trains and evaluates a cell."""
+    folder = out / cell.name
     options = {
         "data": data_folder(cell.environment, out),
-        "out": out / cell.name,
+        "out": folder,
         "preset": suite.preset,
         "variant": cell.variant,
         "seed": cell.seed,
@@ -47,7 +49,7 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
         "evaluate-every": suite.evaluation.every,
         "evaluation.episodes": suite.evaluation.episodes,
     } | {f"agent.{name}": value for name, value in suite.overrides(cell).items()}
-    return Job(cell.name, ("train", cell.method, *_flags(options)))
+    return Job(cell.name, folder, ("train", cell.method, *_flags(options)))
 
 
 def data_job(environment: Environment) -> str:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from pigbench.suite.jobs import Job
+from pigbench.support.lock import is_held
 
 _ONE_THREAD = {"NPROC": "1"}
 """One thread of XLA a process: as many processes as cores do more than one of all."""
@@ -31,8 +32,9 @@ def run(
     """Run jobs, at most `workers` at once, and return their exit statuses by name.
 
     `log` names the file that a job's output is appended to, `options` follow every command, and
-    `report` is told the running jobs' names every second. When it is interrupted, so are
-    they.
+    `report` is told the names of jobs under way every second. When it is interrupted, so are
+    those it runs. A job whose folder another process is writing, such as one that outlived a
+    killed suite, counts as under way, and is run when that has ended.
     """
     waiting = list(jobs)
     ended: dict[str, int] = {}
@@ -42,10 +44,12 @@ def run(
                 ended[name] = running.pop(name).returncode
                 if ended[name] != 0:
                     _note_failure(log(name), ended[name])
-            while waiting and len(running) < workers:
-                job = waiting.pop(0)
+            held = [job for job in waiting if is_held(job.folder)]
+            free = [job for job in waiting if job not in held]
+            for job in free[: workers - len(running)]:
+                waiting.remove(job)
                 running[job.name] = _start(job, log(job.name), options, alone=workers == 1)
-            report(tuple(running))
+            report((*running, *(job.name for job in held)))
             time.sleep(_POLL_SECONDS)
     return ended
 

@@ -3,11 +3,15 @@
 import contextlib
 import fcntl
 import os
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from pigbench.errors import UserError
 from pigbench.support import files
+
+_TRIES, _PAUSE_SECONDS = 5, 0.02
+"""A writer asks again: `is_held` has a folder for a moment."""
 
 
 @contextlib.contextmanager
@@ -20,7 +24,7 @@ def only_writer(folder: Path) -> Iterator[None]:
             raise UserError(f"{folder} is not a folder: choose another") from None
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        if not _take(descriptor):
+        if not _take_patiently(descriptor):
             raise UserError(
                 f"{folder} is being written by another process: wait until it has ended"
             )
@@ -35,14 +39,22 @@ def is_held(folder: Path) -> bool:
         return False
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        return not _take(descriptor)
+        return not _take(descriptor, fcntl.LOCK_SH)
     finally:
         os.close(descriptor)
 
 
-def _take(descriptor: int) -> bool:
+def _take_patiently(descriptor: int) -> bool:
+    for _ in range(_TRIES):
+        if _take(descriptor, fcntl.LOCK_EX):
+            return True
+        time.sleep(_PAUSE_SECONDS)
+    return False
+
+
+def _take(descriptor: int, kind: int) -> bool:
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     return True

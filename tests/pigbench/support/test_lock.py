@@ -1,5 +1,8 @@
+import fcntl
+import os
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -44,6 +47,15 @@ def test_another_process_is_kept_out_until_the_first_is_killed(holder, tmp_path)
 
 def test_what_is_not_there_is_not_held(tmp_path):
     assert not is_held(tmp_path / "nothing")
+
+
+def test_one_who_asks_keeps_nobody_out(tmp_path):
+    descriptor = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(descriptor, fcntl.LOCK_SH)  # as is_held does, for a moment
+    assert not is_held(tmp_path)
+    threading.Timer(0.03, os.close, [descriptor]).start()
+    with only_writer(tmp_path):
+        pass
 
 
 def test_a_file_is_no_folder(tmp_path):
