@@ -139,19 +139,32 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     def act(
         self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The low level's action on the way to the best of `candidates` subgoals."""
+        """The low level's action on the way to the subgoal that the high level gives now."""
         subgoal_key, low_key = jax.random.split(key)
-        high, low = _levels(params)
+        subgoals = self.subgoals(params, observations, goals, subgoal_key)
+        return self.follow(params, observations, subgoals, low_key)
+
+    def subgoals(
+        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+    ) -> jax.Array:
+        """The best of `candidates` draws of the flow: (B, o) and (B, o) to (B, x)."""
+        high, _ = _levels(params)
         candidates = self.actor.sample(
             high["actor"],
             observations=observations,
             goals=goals,
             count=self.config.candidates,
-            key=subgoal_key,
+            key=key,
         )
         scores = self.values.score(high, observations=observations, actions=candidates, goals=goals)
-        subgoals = best_of(candidates, scores)
-        return self.low.act(low, self.represent(observations), subgoals, low_key)
+        return best_of(candidates, scores)
+
+    def follow(
+        self, params: Params, observations: jax.Array, subgoals: jax.Array, key: jax.Array
+    ) -> jax.Array:
+        """The low level's actions on the way to subgoals: (B, o) and (B, x) to (B, a)."""
+        _, low = _levels(params)
+        return self.low.act(low, self.represent(observations), subgoals, key)
 
     def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
         """The low level's, of what it sees of both states."""

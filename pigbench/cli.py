@@ -46,6 +46,7 @@ COMMANDS = {
     "plot": Command("report", "Plot", "curves, bars, boxes or profiles of runs as a picture"),
     "render": Command("render", "Render", "a task as a picture, a policy's episodes as a film"),
     "analyze": Command("analyze", "Analyze", "residuals of a value function by contact mode"),
+    "subgoals": Command("subgoals", "SubgoalErrors", "how well a hierarchy reaches its subgoals"),
     "parity": Command("parity", "Parity", "how close the simulations are to OGBench's"),
     "parity data": Command("parity", "ParityData", "how close data are to OGBench's own"),
     "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),

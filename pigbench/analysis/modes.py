@@ -21,7 +21,7 @@ def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.n
     """
     contact = observations[:, layout["gripper_contact"]][:, 0] > 0
     pinch = observations[:, layout["effector_pos"]]
-    cubes = [observations[:, part] for term, part in layout.items() if _is_position(term)]
+    cubes = [observations[:, part] for term, part in layout.items() if is_position(term)]
     nearest = np.min([np.linalg.norm(cube - pinch, axis=-1) for cube in cubes], axis=0)
     held = nearest < HOLDING_DISTANCE * POSITION_SCALE
     return np.where(contact, np.where(held, HOLDING, TOUCHING), FREE)
@@ -32,5 +32,6 @@ def is_object(term: str) -> bool:
     return term.startswith("cube_")
 
 
-def _is_position(term: str) -> bool:
+def is_position(term: str) -> bool:
+    """Is a term of the observation the position of a cube?"""
     return is_object(term) and term.endswith("_pos")

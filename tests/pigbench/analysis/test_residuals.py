@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from pigbench import cli
 from pigbench.agents import GoalMixture, Sampling
 from pigbench.analysis.residuals import by_mode, measure
 from pigbench.data.sampler import Rows
@@ -59,20 +58,3 @@ def test_a_value_that_is_flat_has_no_shares(rows):
     np.testing.assert_allclose(residuals.eikonal, 1.0)
     assert np.isnan(residuals.object).all()
     assert all(len(values) == 0 for values in by_mode(modes, residuals.object).values())
-
-
-def test_a_run_is_analyzed(tmp_path, capsys):
-    data, run = tmp_path / "data", tmp_path / "run"
-    generate = ["generate", "cube-single", "--out", str(data), "--episodes", "2"]
-    cli.run([*generate, "--episode-length", "101", "--validation-episodes", "0"])
-    small = [*("--preset", "cpu", "--steps", "2", "--evaluation.episodes", "1")]
-    sizes = ["--agent.value-hidden-sizes", "8", "--agent.actor-hidden-sizes", "8"]
-    train = ["train", "gcivl", "--data", str(data), "--out", str(run), *small, *sizes]
-    cli.run(train)
-    capsys.readouterr()
-    cli.run(["analyze", str(run), "--data", str(data), "--samples", "500"])
-    printed = capsys.readouterr().out
-    assert (run / "analysis/residuals.md").read_text() in printed
-    assert (run / "analysis/residuals.png").stat().st_size > 10_000
-    shares = [float(line.split("|")[2]) for line in printed.splitlines()[2:5] if "|" in line]
-    assert sum(shares) == pytest.approx(100, abs=0.2)

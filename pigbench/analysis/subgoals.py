@@ -1,0 +1,116 @@
+"""How near a hierarchy comes to states that the data reached as far ahead as subgoals lie.
+
+Simulations start from states of the data, and are compared with what the data were K steps later.
+Ways to go there part the levels' errors: not at all; by the data's own actions; by the low level,
+whose subgoal is at every step where the data were K steps after it, as in training; by the low
+level, whose subgoal is the state compared with; and by both levels, whose goal is that state.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench.agents import FlowHierarchy, Params
+from pigbench.analysis.modes import contact_modes, is_position
+from pigbench.data.dataset import Split
+from pigbench.envs import CubeEnv
+from pigbench.envs.observation import POSITION_SCALE
+from pigbench.errors import UserError
+
+Way = Callable[[jax.Array, jax.Array], jax.Array]
+"""From observations (N, o) and the number of steps done, (), to actions (N, a)."""
+
+STILL, REPLAYED = "no motion", "the data's actions"
+AHEAD, FIXED, BOTH = "low level, K ahead", "low level, fixed subgoal", "both levels"
+
+
+class Distances(NamedTuple):
+    """How far from where the data were, in metres, (N,) each: of cubes, the farthest."""
+
+    pinch: np.ndarray
+    cube: np.ndarray
+
+
+class Stretches(NamedTuple):
+    """N stretches of K steps of a data set, each followed by K steps of the same episode."""
+
+    qpos: np.ndarray  # (N, nq), at their starts
+    qvel: np.ndarray  # (N, nv), at their starts
+    starts: np.ndarray  # (N, o) observations
+    ahead: np.ndarray  # (K, N, o) observations K steps after each step; the first ends a stretch
+    actions: np.ndarray  # (K, N, a)
+
+
+def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
+    """Stretches of K = `steps` transitions, uniform over all that there are.
+
+    Raises UserError if no episode is long enough, or the data set keeps no simulator states.
+    """
+    terminals = split.concatenate("terminals")
+    last = np.flatnonzero(terminals)[np.cumsum(terminals) - terminals]  # row of each row's episode
+    begins = np.flatnonzero(np.arange(len(terminals)) + 2 * steps <= last)
+    if not len(begins):
+        raise UserError(f"{split.folder} has no episode of {2 * steps} transitions, twice K")
+    rows = np.asarray(jax.random.choice(jax.random.key(seed), begins, (samples,)))
+    stretches = rows + np.arange(steps)[:, None]
+    observations = split.concatenate("observations")
+    return Stretches(
+        qpos=split.concatenate("qpos")[rows],
+        qvel=split.concatenate("qvel")[rows],
+        starts=observations[rows],
+        ahead=observations[stretches + steps],
+        actions=split.concatenate("actions")[stretches],
+    )
+
+
+def measure(
+    env: CubeEnv, agent: FlowHierarchy, params: Params, stretches: Stretches, *, seed: int
+) -> tuple[np.ndarray, Mapping[str, Distances]]:
+    """The contact modes (N,) of the stretches' starts, and the distances at their ends, by way."""
+    starts, aims = stretches.starts, stretches.ahead[0]
+    subgoals, actions = (
+        agent.represent(jnp.asarray(stretches.ahead)),
+        jnp.asarray(stretches.actions),
+    )
+
+    def key(time: jax.Array) -> jax.Array:
+        return jax.random.fold_in(jax.random.key(seed), time)
+
+    ways: dict[str, Way] = {
+        REPLAYED: lambda states, time: actions[time],
+        AHEAD: lambda states, time: agent.follow(params, states, subgoals[time], key(time)),
+        FIXED: lambda states, time: agent.follow(params, states, subgoals[0], key(time)),
+        BOTH: lambda states, time: agent.act(params, states, aims, key(time)),
+    }
+    ends = {STILL: starts} | {name: _simulate(env, way, stretches) for name, way in ways.items()}
+    return contact_modes(starts, env.layout), {
+        name: _distances(reached, aims, env.layout) for name, reached in ends.items()
+    }
+
+
+def _simulate(env: CubeEnv, way: Way, stretches: Stretches) -> np.ndarray:
+    """The observations (N, o) at the stretches' ends."""
+
+    @jax.jit
+    def run(qpos: jax.Array, qvel: jax.Array) -> jax.Array:
+        def step(states, time):
+            actions = way(jax.vmap(env.observe)(states), time)
+            return jax.vmap(env.simulate)(states, actions), None
+
+        states = jax.vmap(env.physics.init)(qpos, qvel)
+        states, _ = jax.lax.scan(step, states, jnp.arange(len(stretches.actions)))
+        return jax.vmap(env.observe)(states)
+
+    return np.asarray(run(stretches.qpos, stretches.qvel))
+
+
+def _distances(states: np.ndarray, aims: np.ndarray, layout: Mapping[str, slice]) -> Distances:
+    def apart(term: str) -> np.ndarray:
+        part = layout[term]
+        return np.linalg.norm(states[:, part] - aims[:, part], axis=-1) / POSITION_SCALE
+
+    cubes = [apart(term) for term in layout if is_position(term)]
+    return Distances(apart("effector_pos"), np.max(cubes, axis=0))

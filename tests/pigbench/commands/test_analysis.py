@@ -1,0 +1,54 @@
+"""What `analyze` and `subgoals` tell of a run: that of a hierarchy, which has both."""
+
+import pytest
+
+from pigbench import cli
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """A data set and a run on it."""
+    data, run = (tmp_path_factory.mktemp("analysis") / name for name in ("data", "run"))
+    generate = ["generate", "cube-single", "--out", str(data), "--episodes", "2"]
+    cli.run([*generate, "--episode-length", "101", "--validation-episodes", "1"])
+    train = ["train", "h-flow-gcivl", "--data", str(data), "--out", str(run), "--preset", "cpu"]
+    small = ["--steps", "2", "--evaluation.episodes", "1", "--agent.candidates", "2"]
+    networks = [("value", "agent"), ("actor", "agent"), ("value", "agent.low")]
+    sizes = [text for kind, part in networks for text in (f"--{part}.{kind}-hidden-sizes", "8")]
+    cli.run([*train, *small, *sizes])
+    return data, run
+
+
+def cells(printed):
+    return [[cell.strip() for cell in line.split("|")[1:-1]] for line in printed.splitlines()]
+
+
+def test_residuals_are_told_by_contact_mode(folders, capsys):
+    data, run = folders
+    cli.run(["analyze", str(run), "--data", str(data), "--samples", "500"])
+    printed = capsys.readouterr().out
+    assert (run / "analysis/residuals.md").read_text() in printed
+    assert (run / "analysis/residuals.png").stat().st_size > 10_000
+    shares = [float(row[1]) for row in cells(printed)[2:5] if row]
+    assert sum(shares) == pytest.approx(100, abs=0.2)
+
+
+def test_the_datas_own_actions_lead_to_its_states_and_an_untrained_policy_does_not(folders, capsys):
+    data, run = folders
+    cli.run(["subgoals", str(run), "--data", str(data), "--samples", "40"])
+    printed = capsys.readouterr().out
+    assert (run / "analysis/subgoals.md").read_text() in printed
+    rows = [row for row in cells(printed)[2:] if row]
+    replayed, led = (
+        [float(row[3]) for row in rows if row[2] == way]
+        for way in ("the data's actions", "low level, fixed subgoal")
+    )
+    assert max(replayed) < 1  # mm; from its states in single precision
+    assert min(led) > 20
+
+
+@pytest.mark.parametrize("command", ["analyze", "subgoals"])
+def test_an_impossible_number_of_samples_is_refused(folders, command):
+    data, run = folders
+    with pytest.raises(cli.UserError, match="samples is 0: it must be at least 1"):
+        cli.run([command, str(run), "--data", str(data), "--samples", "0"])
