@@ -71,10 +71,8 @@ def measure(
 ) -> tuple[np.ndarray, Mapping[str, Distances]]:
     """The contact modes (N,) of the stretches' starts, and the distances at their ends, by way."""
     starts, aims = stretches.starts, stretches.ahead[0]
-    subgoals, actions = (
-        agent.represent(jnp.asarray(stretches.ahead)),
-        jnp.asarray(stretches.actions),
-    )
+    subgoals = agent.represent(jnp.asarray(stretches.ahead))
+    actions = jnp.asarray(stretches.actions)
 
     def key(time: jax.Array) -> jax.Array:
         return jax.random.fold_in(jax.random.key(seed), time)
