@@ -50,7 +50,7 @@ class SubgoalErrors:
             raise UserError(f"samples is {self.samples}: it must be at least 1")
         run, env, agent, state = restore(self.run_folder)
         if not isinstance(agent, FlowHierarchy):
-            raise UserError(f"{run.config.method} draws no subgoals: choose a run of a hierarchy")
+            raise UserError(f"{run.config.method} has no flow of subgoals: choose a run that has")
         data = dataset.load(self.data)
         dataset.check_layout(data, env.layout)
         steps = agent.config.subgoal_steps
