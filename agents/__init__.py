@@ -15,6 +15,7 @@ from pigbench.agents.qrl import QRL, QRLConfig
 from pigbench.agents.registry import Method, build, get, hierarchy, names, register
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
+from pigbench.agents.statistics import Statistics
 
 __all__ = [
     "CRL",
@@ -42,6 +43,7 @@ __all__ = [
     "QRLConfig",
     "Regularizer",
     "Sampling",
+    "Statistics",
     "SubgoalSampling",
     "Subgoals",
     "TrainState",

@@ -22,7 +22,8 @@ class PolicyAgent(Agent[Config]):
     @cached_property
     def policy(self) -> Policy:
         """The network of the policy's mean."""
-        return Policy(self.config.actor_hidden_sizes, self.action_size)
+        config = self.config
+        return Policy(config.actor_hidden_sizes, self.action_size, config.actor_layer_norm)
 
     def init_policy(self, key: jax.Array) -> Any:
         """Fresh parameters of the policy."""

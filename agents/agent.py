@@ -6,9 +6,13 @@ from typing import Any, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
+from pigbench.agents import directions
 from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
+from pigbench.agents.directions import Coordinates, Direction
+from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
 
 Params = dict[str, Any]  # network name -> its parameters
@@ -51,7 +55,9 @@ class Agent(abc.ABC, Generic[Config]):
     """Networks, loss terms and goal mixture of one method, for one observation and action space.
 
     `layout` names the slices of an observation, in order: an agent that treats some coordinates
-    apart finds them there by name. All methods are pure and work under `jit`, `vmap` and `scan`.
+    apart finds them there by name. `statistics` are those of its observations in the data, and
+    `units` tells what a unit of each coordinate is in the environment's own, (observation_size,).
+    All methods are pure and work under `jit`, `vmap` and `scan`.
     """
 
     target_networks: tuple[str, ...] = ()
@@ -64,11 +70,19 @@ class Agent(abc.ABC, Generic[Config]):
         observation_size: int,
         action_size: int,
         layout: Mapping[str, slice],
+        statistics: Statistics | None = None,
+        units: np.ndarray | float = 1.0,
     ) -> None:
         self.config = config
         self.observation_size = observation_size
         self.action_size = action_size
         self.layout = layout
+        self.statistics = statistics
+        self.units = units
+
+    def direction(self, name: str) -> Direction:
+        """The direction of motion of that name in this agent's coordinates."""
+        return directions.make(name, Coordinates(self.layout, self.statistics, self.units))
 
     @property
     def sampling(self) -> Sampling:

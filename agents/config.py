@@ -30,7 +30,8 @@ class AgentConfig:
     batch_size: int = 1024
     actor_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)
     value_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)
-    layer_norm: bool = True  # in values and vector fields, not in Gaussian policies
+    layer_norm: bool = True  # in values and vector fields
+    actor_layer_norm: bool = False  # in Gaussian policies
     discount: float = 0.999
     target_rate: float = 0.005  # tau: the share of the online parameters in a target's update
     value_goals: GoalMixture = VALUE_GOALS

@@ -10,7 +10,8 @@ import jax
 
 from pigbench.agents import losses
 from pigbench.agents.config import require
-from pigbench.agents.regularizers import ValueFunction, gradient_norm, hjb_residual
+from pigbench.agents.directions import DIRECTIONS, Direction
+from pigbench.agents.regularizers import OWN, ValueFunction, gradient_norm, hjb_residual
 from pigbench.errors import lookup
 
 
@@ -25,9 +26,11 @@ class Constraint:
     margin: float = 0.05
     speed: float = 1.0  # S(s) of the Eikonal equation, the same in all states
     epsilon: float = 1e-6  # of the HJB direction: keeps it finite where nothing moves
+    direction: str = "own"  # of the HJB residual: what motion is measured in
 
     def __post_init__(self) -> None:
         lookup("constraint", VIOLATIONS, self.kind)
+        lookup("direction", DIRECTIONS, self.direction)
         require(self, lambda x: x >= 0, "at least 0", "margin")
         require(self, lambda x: x > 0, "positive", "speed", "epsilon")
 
@@ -37,9 +40,13 @@ class Constraint:
         states: jax.Array,
         next_states: jax.Array,
         step_distances: jax.Array,
+        direction: Direction = OWN,
     ) -> jax.Array:
-        """The violations, (B,). `value` is -d(., g); `step_distances` are d(s, s'), (B,)."""
-        return VIOLATIONS[self.kind](self, value, states, next_states, step_distances)
+        """The violations, (B,). `value` is -d(., g); `step_distances` are d(s, s'), (B,).
+
+        `direction` is what the agent's own coordinates make of the one named here.
+        """
+        return VIOLATIONS[self.kind](self, value, states, next_states, step_distances, direction)
 
 
 def step_violation(step_distances: jax.Array) -> jax.Array:
@@ -57,14 +64,14 @@ def eikonal_violation(
 
 VIOLATIONS: Mapping[
     str,
-    Callable[[Constraint, ValueFunction, jax.Array, jax.Array, jax.Array], jax.Array],
+    Callable[[Constraint, ValueFunction, jax.Array, jax.Array, jax.Array, Direction], jax.Array],
 ] = {
-    "transition": lambda constants, value, states, next_states, steps: step_violation(steps),
-    "eikonal": lambda constants, value, states, next_states, steps: eikonal_violation(
+    "transition": lambda constants, value, states, next_states, steps, _: step_violation(steps),
+    "eikonal": lambda constants, value, states, *_: eikonal_violation(
         value, states, speed=constants.speed
     ),
-    "hjb": lambda constants, value, states, next_states, steps: hjb_residual(
-        value, states, next_states, epsilon=constants.epsilon
+    "hjb": lambda constants, value, states, next_states, _, direction: hjb_residual(
+        value, states, next_states, epsilon=constants.epsilon, direction=direction
     )[1],
 }
 """Violations by name. A new one is a function above and a row here."""

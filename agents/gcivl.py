@@ -19,6 +19,7 @@ from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig, require
 from pigbench.agents.networks import Value, apply_ensemble, init_ensemble
 from pigbench.agents.regularizers import Regularizer
+from pigbench.errors import lookup
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,18 @@ class GCIVLConfig(AgentConfig):
 
     expectile: float = 0.9  # iota
     temperature: float = 10.0  # alpha of the actor's weights
+    rewards: str = "-1/0"  # on the way and at the goal, or "0/1"
     regularizer: Regularizer = field(default_factory=Regularizer)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self, lambda x: 0 < x < 1, "between 0 and 1, both excluded", "expectile")
         require(self, lambda x: x >= 0, "at least 0", "temperature")
+        lookup("rewards", GOAL_REWARDS, self.rewards)
+
+
+GOAL_REWARDS = {"-1/0": 0.0, "0/1": 1.0}
+"""The reward at the goal, by the rewards' name; on the way there it is 1 less."""
 
 
 class GCIVL(PolicyAgent[GCIVLConfig]):
@@ -73,12 +80,20 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
 
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
+        direction = self.direction(config.regularizer.direction)
+        goal_reward = GOAL_REWARDS[config.rewards]
+        # Residuals are of a cost of 1 a step; with a reward at the goal values are smaller by this.
+        step_value = 1 - config.discount if goal_reward else 1.0
 
         def regularized(member: Any) -> tuple[jax.Array, jax.Array]:
-            def value(states: jax.Array) -> Any:
-                return self.value.apply(member, observations=states, goals=batch.value_goals)
+            def steps(states: jax.Array) -> Any:
+                values: Any = self.value.apply(member, observations=states, goals=batch.value_goals)
+                return values / step_value
 
-            return config.regularizer(value, batch.observations, batch.next_observations)
+            values, residuals = config.regularizer(
+                steps, batch.observations, batch.next_observations, direction
+            )
+            return values * step_value, residuals
 
         values, residuals = jax.vmap(regularized)(members)
         target_values, next_values = self._transition_values(targets, batch, batch.value_goals)
@@ -89,6 +104,7 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
             batch.value_success,
             discount=config.discount,
             level=config.expectile,
+            goal_reward=goal_reward,
         ).mean()
         regularization = config.regularizer.weight * residuals.sum(axis=0).mean()
         return td_loss + regularization, describe("value", values) | {

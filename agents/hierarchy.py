@@ -20,6 +20,8 @@ from pigbench.agents.flow import FlowPolicy, best_of
 from pigbench.agents.gcivl import GCIVLConfig
 from pigbench.agents.representations import REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
+from pigbench.agents.statistics import Statistics
+from pigbench.agents.statistics import require as require_statistics
 from pigbench.errors import UserError, lookup
 
 T = TypeVar("T")
@@ -42,6 +44,7 @@ class FlowHierarchyConfig(AgentConfig):
     actor_goals: GoalMixture = GEOMETRIC_ACTOR_GOALS
     subgoal_steps: int = 25  # K
     low_level_representation: str = "joints_contacts"
+    standardize: bool = True  # what the flow generates, and critic and low level see of it
     flow_steps: int = 10  # M
     candidates: int = 32  # N: subgoals drawn, of which the critic's best is taken
     low: AgentConfig = field(default_factory=GCIVLConfig)
@@ -76,16 +79,27 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         observation_size: int,
         action_size: int,
         layout: Mapping[str, slice],
+        statistics: Statistics | None = None,
     ) -> None:
         super().__init__(
-            config, observation_size=observation_size, action_size=action_size, layout=layout
+            config,
+            observation_size=observation_size,
+            action_size=action_size,
+            layout=layout,
+            statistics=statistics,
         )
-        self.represent = Representation(config.low_level_representation, layout)
+        self.represent = Representation(
+            config.low_level_representation,
+            layout,
+            require_statistics(statistics, "standardize") if config.standardize else None,
+        )
         self.low = low(
             replace(config.low, discount=config.low_discount),
             observation_size=self.represent.size,
             action_size=action_size,
             layout=self.represent.layout,
+            statistics=self.represent.statistics(statistics),
+            units=self.represent.units,
         )
         self.target_networks = (
             "high_critic",

@@ -19,7 +19,7 @@ from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, d
 from pigbench.agents.batch import Batch, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import AgentConfig, require
 from pigbench.agents.networks import MLP, Policy, Value, apply_ensemble, init_ensemble
-from pigbench.agents.regularizers import safe_norm
+from pigbench.agents.norms import safe_norm
 
 
 @dataclass(frozen=True)
@@ -92,12 +92,16 @@ class HIQL(Agent[HIQLConfig]):
     @cached_property
     def high_policy(self) -> Policy:
         """From (s, g) to the mean of phi(s, subgoal)."""
-        return Policy(self.config.actor_hidden_sizes, self.config.representation_size)
+        config = self.config
+        return Policy(
+            config.actor_hidden_sizes, config.representation_size, config.actor_layer_norm
+        )
 
     @cached_property
     def low_policy(self) -> Policy:
         """From (s, phi(s, subgoal)) to the mean action."""
-        return Policy(self.config.actor_hidden_sizes, self.action_size)
+        config = self.config
+        return Policy(config.actor_hidden_sizes, self.action_size, config.actor_layer_norm)
 
     def init(self, key: jax.Array) -> Params:
         """Parameters of "representation", "value" (stacked), "high_policy" and "low_policy"."""

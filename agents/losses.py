@@ -14,12 +14,15 @@ def td_target(
     return rewards + discount * continuations * next_values
 
 
-def goal_td_target(success: jax.Array, next_values: jax.Array, *, discount: float) -> jax.Array:
-    """The backup of a cost of 1 a step until the goal: there it is 0, and nothing follows.
+def goal_td_target(
+    success: jax.Array, next_values: jax.Array, *, discount: float, goal_reward: float = 0.0
+) -> jax.Array:
+    """The backup of `goal_reward` at the goal, where nothing follows, and of 1 less elsewhere.
 
-    `success` is 1 at the goal, else 0.
+    `success` is 1 at the goal, else 0. By default a step costs 1 until the goal is reached.
     """
-    return td_target(success - 1, 1 - success, next_values, discount=discount)
+    rewards = success - 1 + goal_reward
+    return td_target(rewards, 1 - success, next_values, discount=discount)
 
 
 def expectile(advantages: jax.Array, errors: jax.Array, *, level: float) -> jax.Array:
@@ -39,13 +42,16 @@ def implicit_value(
     *,
     discount: float,
     level: float,
+    goal_reward: float = 0.0,
 ) -> jax.Array:
     """Implicit value learning, Eq. low_ivl_loss: members (M, B) and `success` (B,) to (B,).
 
     Each member follows its own target copy; all share the expectile's side, which is that of the
     advantage of the least backup over the targets' mean.
     """
-    backups = goal_td_target(success, target_next_values, discount=discount)
+    backups = goal_td_target(
+        success, target_next_values, discount=discount, goal_reward=goal_reward
+    )
     advantages = backups.min(axis=0) - target_values.mean(axis=0)
     return expectile(advantages, backups - values, level=level).sum(axis=0)
 

@@ -102,12 +102,16 @@ class Policy(nn.Module):
 
     hidden_sizes: Sequence[int]
     action_size: int
+    layer_norm: bool = False
 
     @nn.compact
     def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
         """(..., o) and (..., o) to (..., action_size)."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
-        return MLP(self.hidden_sizes, self.action_size, output_scale=0.01)(inputs)
+        network = MLP(
+            self.hidden_sizes, self.action_size, layer_norm=self.layer_norm, output_scale=0.01
+        )
+        return network(inputs)
 
 
 def init_ensemble(network: nn.Module, key: jax.Array, members: int, **inputs: Any) -> Any:

@@ -113,7 +113,11 @@ class QRL(PolicyAgent[QRLConfig]):
             return -self._distance(params, self._encode(params, states), goals)
 
         violation = config.constraint(
-            value, batch.observations, batch.next_observations, step_distances
+            value,
+            batch.observations,
+            batch.next_observations,
+            step_distances,
+            self.direction(config.constraint.direction),
         ).mean()
         push = losses.push_apart(distances, offset=config.push_offset, beta=config.push_beta).mean()
         loss = push + losses.lagrangian(

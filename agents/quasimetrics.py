@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from pigbench.agents.networks import MLP
-from pigbench.agents.regularizers import safe_norm
+from pigbench.agents.norms import safe_norm
 
 
 def interval_lengths(starts: jax.Array, ends: jax.Array) -> jax.Array:

@@ -17,6 +17,7 @@ from pigbench.agents.hiql import HIQL, HIQLConfig
 from pigbench.agents.qrl import QRL, QRLConfig
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
+from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup
 
 _SMALL_NETWORKS = {
@@ -97,8 +98,12 @@ def build(
     observation_size: int,
     action_size: int,
     layout: Mapping[str, slice],
+    statistics: Statistics | None = None,
 ) -> Agent[Any]:
-    """The agent of method `name`; `UserError` if `config` is not of that method's kind."""
+    """The agent of method `name` for observations of these `statistics` in the data.
+
+    Raises `UserError` if `config` is not of that method's kind, or needs statistics and has none.
+    """
     method = get(name)
     if not isinstance(config, type(method.config)):
         raise UserError(
@@ -106,7 +111,11 @@ def build(
             f"not by {type(config).__name__}"
         )
     return method.agent(
-        config, observation_size=observation_size, action_size=action_size, layout=layout
+        config,
+        observation_size=observation_size,
+        action_size=action_size,
+        layout=layout,
+        statistics=statistics,
     )
 
 

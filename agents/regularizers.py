@@ -13,18 +13,13 @@ import jax
 import jax.numpy as jnp
 
 from pigbench.agents.config import require
+from pigbench.agents.directions import DIRECTIONS, Direction
+from pigbench.agents.norms import safe_norm
 from pigbench.errors import lookup
 
 ValueFunction = Callable[[jax.Array], jax.Array]
 ValuesAndResiduals = tuple[jax.Array, jax.Array]
-
-
-def safe_norm(vectors: jax.Array) -> jax.Array:
-    """Euclidean norm over the last axis, with gradient 0 (not NaN) at the origin."""
-    squares = jnp.sum(vectors**2, axis=-1)
-    positive = squares > 0
-    # The inner `where` keeps the root's infinite slope at 0 out of the gradient.
-    return jnp.where(positive, jnp.sqrt(jnp.where(positive, squares, 1)), 0)
+OWN = Direction()
 
 
 def gradient_norm(value: ValueFunction, states: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -49,14 +44,18 @@ def eikonal_residual(
 
 
 def hjb_residual(
-    value: ValueFunction, states: jax.Array, next_states: jax.Array, *, epsilon: float
+    value: ValueFunction,
+    states: jax.Array,
+    next_states: jax.Array,
+    *,
+    epsilon: float,
+    direction: Direction = OWN,
 ) -> ValuesAndResiduals:
     """(grad_s d . u + 1)^2 with d = -V and u = (s' - s) / (||s' - s|| + epsilon), Eq. ca_hjb.
 
     The slope along u is a forward-mode derivative: one pass gives it together with the value.
     """
-    displacements = next_states - states
-    directions = displacements / (safe_norm(displacements)[:, None] + epsilon)
+    directions = direction(states, next_states, epsilon=epsilon)
     values, slopes = jax.jvp(value, (states,), (directions,))
     return values, (1 - slopes) ** 2
 
@@ -72,29 +71,38 @@ class Regularizer:
     weight: float = 1.0  # lambda: the residual's factor in the loss
     speed: float = 1.0  # S(s) of the Eikonal equation, the same in all states
     epsilon: float = 1e-6  # of the HJB direction: keeps it finite where nothing moves
+    direction: str = "own"  # of the HJB residual: what motion is measured in
 
     def __post_init__(self) -> None:
         lookup("regularizer", RESIDUALS, self.kind)
+        lookup("direction", DIRECTIONS, self.direction)
         require(self, lambda x: x >= 0, "at least 0", "weight")
         require(self, lambda x: x > 0, "positive", "speed", "epsilon")
 
     def __call__(
-        self, value: ValueFunction, states: jax.Array, next_states: jax.Array
+        self,
+        value: ValueFunction,
+        states: jax.Array,
+        next_states: jax.Array,
+        direction: Direction = OWN,
     ) -> ValuesAndResiduals:
-        """V(s) and the residual at s, each (B,); the residual is not yet weighted."""
-        return RESIDUALS[self.kind](self, value, states, next_states)
+        """V(s) and the residual at s, each (B,); the residual is not yet weighted.
+
+        `direction` is what the agent's own coordinates make of the one named here.
+        """
+        return RESIDUALS[self.kind](self, value, states, next_states, direction)
 
 
 RESIDUALS: Mapping[
     str,
-    Callable[[Regularizer, ValueFunction, jax.Array, jax.Array], ValuesAndResiduals],
+    Callable[[Regularizer, ValueFunction, jax.Array, jax.Array, Direction], ValuesAndResiduals],
 ] = {
-    "none": lambda constants, value, states, _: unregularized(value, states),
-    "eikonal": lambda constants, value, states, _: eikonal_residual(
+    "none": lambda constants, value, states, *_: unregularized(value, states),
+    "eikonal": lambda constants, value, states, *_: eikonal_residual(
         value, states, speed=constants.speed
     ),
-    "hjb": lambda constants, value, states, next_states: hjb_residual(
-        value, states, next_states, epsilon=constants.epsilon
+    "hjb": lambda constants, value, states, next_states, direction: hjb_residual(
+        value, states, next_states, epsilon=constants.epsilon, direction=direction
     ),
 }
 """Residuals by name. A new one is a function above and a row here."""

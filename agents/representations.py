@@ -5,7 +5,9 @@ from functools import cached_property
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
+from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup
 
 JOINTS_CONTACTS = frozenset({"joint_pos", "joint_vel", "gripper_opening", "gripper_contact"})
@@ -21,10 +23,14 @@ REPRESENTATIONS: Mapping[str, Callable[[str], bool]] = {
 class Representation:
     """x of s: the terms that the representation `name` keeps, in the observation's order.
 
+    With the `statistics` of observations, x is standardised: of mean 0 and deviation 1 in the data.
+
     Raises `UserError` if there is no such representation, or if it keeps none of `layout`'s terms.
     """
 
-    def __init__(self, name: str, layout: Mapping[str, slice]) -> None:
+    def __init__(
+        self, name: str, layout: Mapping[str, slice], statistics: Statistics | None = None
+    ) -> None:
         keeps = lookup("representation", REPRESENTATIONS, name)
         self._slices = {term: part for term, part in layout.items() if keeps(term)}
         if not self._slices:
@@ -32,10 +38,31 @@ class Representation:
                 f"representation {name!r} keeps no term of the observation, "
                 f"whose terms are {', '.join(layout) or 'not named'}: choose another"
             )
+        self._statistics = statistics and statistics.select(self._slices)
 
     def __call__(self, observations: jax.Array) -> jax.Array:
         """(..., observation_size) to (..., size)."""
-        return jnp.concatenate([observations[..., part] for part in self._slices.values()], -1)
+        kept = jnp.concatenate([observations[..., part] for part in self._slices.values()], -1)
+        if self._statistics is None:
+            return kept
+        return (kept - self._statistics.mean) / self._statistics.deviation
+
+    def restore(self, x: jax.Array) -> jax.Array:
+        """The kept terms as they are in an observation: (..., size) to the same."""
+        if self._statistics is None:
+            return x
+        return x * self._statistics.deviation + self._statistics.mean
+
+    def statistics(self, of: Statistics | None) -> Statistics | None:
+        """Those of x, from those of observations."""
+        if self._statistics is not None:
+            return Statistics.standard(self.size)
+        return of and of.select(self._slices)
+
+    @property
+    def units(self) -> np.ndarray | float:
+        """What a unit of each coordinate of x is in the observation's own, (size,)."""
+        return 1.0 if self._statistics is None else self._statistics.deviation
 
     @cached_property
     def layout(self) -> Mapping[str, slice]:

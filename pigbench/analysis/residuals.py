@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from pigbench.agents import Agent, Params, Regularizer
-from pigbench.agents.regularizers import eikonal_residual, hjb_residual, safe_norm
+from pigbench.agents.norms import safe_norm
+from pigbench.agents.regularizers import eikonal_residual, hjb_residual
 from pigbench.analysis.modes import MODES, contact_modes, is_object
 from pigbench.data import sampler
 from pigbench.data.sampler import Rows

@@ -8,6 +8,7 @@ import numpy as np
 
 from pigbench import agents
 from pigbench.bench.timing import Contender
+from pigbench.bench.training import standard
 from pigbench.envs import CubeEnv
 from pigbench.fidelity import peer
 from pigbench.training.restore import agent_for
@@ -28,7 +29,7 @@ def generation(environment: str) -> Contender:
 def evaluation(ours: CubeEnv, method: str, preset: str) -> Contender:
     """Evaluation episodes of a method's fresh policy: an item is a control step."""
     env = peer.make(ours.spec.name, mode="task")
-    agent = agent_for(ours, method, agents.get(method).preset(preset))
+    agent = agent_for(ours, method, agents.get(method).preset(preset), standard(ours))
     params = agents.create(agent, jax.random.key(0)).params
     act = jax.jit(agent.act)
 

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 
 from pigbench import agents
 from pigbench.bench.timing import Contender
+from pigbench.bench.training import standard
 from pigbench.data import collect
 from pigbench.envs import CubeEnv
 from pigbench.envs.oracles import POLICIES
@@ -34,7 +35,7 @@ def generation(env: CubeEnv, simulations: int, *, name: str) -> Contender:
 
 def evaluation(env: CubeEnv, episodes: int, method: str, preset: str, *, name: str) -> Contender:
     """Whole evaluations of a method's fresh policy: an item is one episode's control step."""
-    agent = agent_for(env, method, agents.get(method).preset(preset))
+    agent = agent_for(env, method, agents.get(method).preset(preset), standard(env))
     params = agents.create(agent, jax.random.key(0)).params
     evaluate = make_evaluator(env, agent, Evaluation(episodes))
     steps = env.num_tasks * episodes * env.episode_length

@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from pigbench import agents, envs
-from pigbench.agents import AgentConfig
+from pigbench.agents import AgentConfig, Statistics
 from pigbench.bench.timing import Contender
 from pigbench.data.sampler import Rows
 from pigbench.envs import CubeEnv
@@ -28,7 +28,7 @@ def updates(
 ) -> Contender:
     """The updates of a method with some hyper-parameters, under its own or another name."""
     init_key, step_key = jax.random.split(jax.random.key(0))
-    agent = agent_for(env, method, config)
+    agent = agent_for(env, method, config, standard(env))
     step = make_updates(agent, [step_key])
     states = [agents.create(agent, init_key)]
 
@@ -37,6 +37,11 @@ def updates(
         states, _ = jax.block_until_ready(step(states, rows, count))
 
     return Contender(name or method, work)
+
+
+def standard(env: CubeEnv) -> Statistics:
+    """Statistics of observations as `noise` has them."""
+    return Statistics.standard(env.observation_size)
 
 
 def noise(env: CubeEnv) -> Rows:

@@ -10,7 +10,7 @@ import jax
 import tyro
 
 from pigbench import agents, envs
-from pigbench.agents import AgentConfig
+from pigbench.agents import AgentConfig, Statistics
 from pigbench.data import dataset
 from pigbench.data.dataset import Dataset
 from pigbench.data.sampler import Rows
@@ -84,15 +84,16 @@ class Train:
         data = dataset.load(self.data)
         env = envs.make(data.spec.environment, engine=self.engine, profile=data.spec.physics)
         dataset.check_layout(data, env.layout)
-        agent = agent_for(env, self.method, self.agent)
         rows = Rows.from_split(data.split("train"))
+        statistics = Statistics.of(rows.observations)
+        agent = agent_for(env, self.method, self.agent, statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
         for group in self._groups():
             with contextlib.ExitStack() as stack:
                 for folder in group:
                     stack.enter_context(only_writer(folder))
                 runs = [
-                    open_run(folder, self.config(data, seed), origin)
+                    open_run(folder, self.config(data, seed), origin, statistics)
                     for folder, seed in group.items()
                 ]
                 states = train(

@@ -8,7 +8,7 @@ the optimal motion is straight.
 import jax
 import jax.numpy as jnp
 
-from pigbench.agents.regularizers import safe_norm
+from pigbench.agents.norms import safe_norm
 from pigbench.toy.problem import STEP, Example, Mode, Section
 
 RATIOS = 1, 2, 4

@@ -2,6 +2,7 @@
 
 config.json       what was asked for: it identifies the run
 provenance.json   what it was made with: versions, commit, machine, data set
+statistics.json   mean and deviation of the data's observations, which standardising needs
 metrics.jsonl     training metrics (`pigbench.training.metrics`), and tensorboard/ with the same
 episodes.csv      every evaluation episode (`pigbench.training.episodes`)
 checkpoints/      training states
@@ -12,14 +13,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pigbench import agents
-from pigbench.agents import AgentConfig
+from pigbench.agents import AgentConfig, Statistics
 from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.support.compare import require_same
 
 CONFIG_FILE = "config.json"
 PROVENANCE_FILE = "provenance.json"
+STATISTICS_FILE = "statistics.json"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,7 +78,9 @@ class Run:
         return self.path / "checkpoints"
 
 
-def open_run(path: Path, config: RunConfig, provenance: Mapping[str, Any]) -> Run:
+def open_run(
+    path: Path, config: RunConfig, provenance: Mapping[str, Any], statistics: Statistics
+) -> Run:
     """Begins the run in the folder `path`, or takes it up again.
 
     Raises UserError when the folder holds a run of another configuration, or no run at all.
@@ -86,6 +92,8 @@ def open_run(path: Path, config: RunConfig, provenance: Mapping[str, Any]) -> Ru
     with files.explaining_full_disk(path):
         path.mkdir(parents=True, exist_ok=True)
     files.write_json(path / PROVENANCE_FILE, provenance)
+    content = {name: values.tolist() for name, values in statistics._asdict().items()}
+    files.write_json(path / STATISTICS_FILE, content)
     # Last, because it is what makes the folder a run.
     files.write_json(path / CONFIG_FILE, dataclasses.asdict(config))
     return Run(path, config)
@@ -103,6 +111,20 @@ def read_run(path: Path) -> Run:
         return Run(path, RunConfig(**content))
     except TypeError as error:
         raise UserError(f"{config_path} is torn: {error}") from None
+
+
+def read_statistics(run: Run) -> Statistics | None:
+    """Those of the data that the run learns from; None if it keeps none, as old ones do."""
+    path = run.path / STATISTICS_FILE
+    if not path.exists():
+        return None
+    content = files.read_json(path)
+    try:
+        return Statistics(
+            **{name: np.asarray(values, np.float32) for name, values in content.items()}
+        )
+    except (TypeError, ValueError, AttributeError) as error:
+        raise UserError(f"{path} is torn: {error}") from None
 
 
 def agent_config(run: Run) -> AgentConfig:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pigbench import agents
-from pigbench.agents import Batch, Subgoals
+from pigbench.agents import Batch, Statistics, Subgoals
 
 OBSERVATION_SIZE, ACTION_SIZE = 4, 2
 LAYOUT = {"joint_pos": slice(0, 3), "cube_0_pos": slice(3, 4)}
@@ -28,6 +28,7 @@ def build():
             observation_size=OBSERVATION_SIZE,
             action_size=ACTION_SIZE,
             layout=LAYOUT,
+            statistics=Statistics.standard(OBSERVATION_SIZE),
         )
 
     return build

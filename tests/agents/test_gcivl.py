@@ -83,3 +83,44 @@ def test_the_loss_against_numpy(build, init, batch, float64, kind):
     assert metrics["value/regularization"] == pytest.approx(regularization, rel=1e-6)
     assert metrics["actor/loss"] == pytest.approx(actor_loss, rel=1e-9)
     assert loss == pytest.approx(td_loss + regularization + actor_loss, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["none", "hjb"])
+def test_a_reward_at_the_goal_gives_the_same_values_on_another_scale(build, batch, float64, kind):
+    """1 + (1 - discount) V: errors are (1 - discount) as large, and residuals are the same.
+
+    The value's last layer does it, being linear.
+    """
+    cost, reward = (
+        build("gcivl", discount=0.9, rewards=rewards, regularizer=Regularizer(kind))
+        for rewards in ("-1/0", "0/1")
+    )
+    params = cost.init(jax.random.key(0))
+
+    def rescaled(path, leaf):
+        names = [part.key for part in path]
+        if names[0] != "value" or "Dense_1" not in names:
+            return leaf
+        return 0.1 * leaf + (1 if names[-1] == "bias" else 0)
+
+    scaled = jax.tree_util.tree_map_with_path(rescaled, params)
+    (_, of_cost), (_, of_reward) = (
+        agent.loss(values, {"value": values["value"]}, batch, jax.random.key(0))
+        for agent, values in ((cost, params), (reward, scaled))
+    )
+    of_cost, of_reward = jax.device_get((of_cost, of_reward))
+    assert of_reward["value/mean"] == pytest.approx(1 + 0.1 * of_cost["value/mean"], rel=1e-9)
+    assert of_reward["value/td_loss"] == pytest.approx(0.01 * of_cost["value/td_loss"], rel=1e-6)
+    assert of_reward["value/residual"] == pytest.approx(of_cost["value/residual"], rel=1e-6)
+
+
+def test_normalized_actors_have_layers_for_it(build):
+    layers = {
+        normalized: set(
+            build("gcivl", actor_layer_norm=normalized).init(jax.random.key(0))["policy"]["params"][
+                "MLP_0"
+            ]
+        )
+        for normalized in (False, True)
+    }
+    assert layers[True] - layers[False] == {"LayerNorm_0"}

@@ -138,6 +138,49 @@ def test_acts_towards_the_best_candidate_of_each_example(hierarchy):
         np.testing.assert_allclose(actions[b], np.clip(mean, -1, 1), rtol=1e-4, atol=1e-6)
 
 
+def test_standardized_the_levels_see_the_datas_own_scale(batch):
+    """As of observations that were standardised beforehand, but for the high level's inputs."""
+    mean, deviation = np.array([1.0, -2, 3, 0]), np.array([2.0, 0.5, 4, 1])
+    config = FlowHierarchyConfig(**SMALL, low=GCIVLConfig(**SMALL), subgoal_steps=3)
+    agent = agents.build(
+        "h-flow-gcivl",
+        config,
+        observation_size=4,
+        action_size=2,
+        layout={"joint_pos": slice(0, 3), "cube_0_pos": slice(3, 4)},
+        statistics=agents.Statistics(mean, deviation),
+    )
+    states = batch.observations
+    expected = ((states - mean) / deviation)[:, :3]
+    np.testing.assert_allclose(agent.represent(states), expected, rtol=1e-5, atol=1e-6)
+    np.testing.assert_array_equal(agent.low.statistics.deviation, np.ones(3))
+    np.testing.assert_array_equal(agent.low.units, deviation[:3])
+
+    params = agent.init(jax.random.key(0))
+    subgoals = jnp.zeros((8, 3))
+    np.testing.assert_allclose(
+        agent.follow(params, states, subgoals, jax.random.key(1)),
+        jnp.clip(
+            agent.low.policy.apply(params["low_policy"], observations=expected, goals=subgoals),
+            -1,
+            1,
+        ),
+        rtol=1e-4,
+        atol=1e-6,
+    )
+
+
+def test_standardizing_needs_statistics():
+    with pytest.raises(UserError, match="standardize needs the statistics of a data set"):
+        agents.build(
+            "h-flow-gcivl",
+            FlowHierarchyConfig(low=GCIVLConfig()),
+            observation_size=3,
+            action_size=2,
+            layout={"joint_pos": slice(0, 3)},
+        )
+
+
 def test_samples_both_levels_goals_by_their_own_rules(hierarchy):
     sampling = hierarchy.sampling
     assert (sampling.discount, sampling.subgoals.steps) == (0.9, 3)

@@ -56,8 +56,15 @@ def build(name):
     config = dataclasses.replace(
         tiny(agents.get(name).config), batch_size=128, discount=0.95, learning_rate=1e-3
     )
-    agent = agents.build(name, config, observation_size=2, action_size=2, layout=LAYOUT)
     rows = point_mass_rows()
+    agent = agents.build(
+        name,
+        config,
+        observation_size=2,
+        action_size=2,
+        layout=LAYOUT,
+        statistics=agents.Statistics.of(rows.observations),
+    )
 
     def update(_, state):
         keys = jax.random.split(jax.random.fold_in(jax.random.key(1), state.step))

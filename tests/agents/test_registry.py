@@ -20,6 +20,8 @@ def test_the_paper_preset_is_the_papers_table():
             "expectile": 0.9,
             "temperature": 10.0,
             "layer_norm": True,
+            "actor_layer_norm": False,
+            "rewards": "-1/0",
             "discount": 0.999,
             "target_rate": 0.005,
             "value_goals": {"current": 0.2, "future": 0.5, "random": 0.3, "geometric": True},
@@ -64,6 +66,7 @@ def test_every_method_builds_and_acts(preset):
             observation_size=4,
             action_size=2,
             layout={"joint_pos": slice(0, 4)},
+            statistics=agents.Statistics.standard(4),
         )
         assert jax.eval_shape(act, jax.random.key(0)).shape == (7, 2)
         assert "\n" not in method.summary
@@ -105,6 +108,7 @@ def test_state_values_know_the_goal_and_the_state(name):
         observation_size=4,
         action_size=2,
         layout={"joint_pos": slice(0, 4)},
+        statistics=agents.Statistics.standard(4),
     )
     params = jax.jit(agent.init)(jax.random.key(0))
     states, goals = jax.random.normal(jax.random.key(1), (2, 7, 4))

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from pigbench.agents.representations import Representation
+from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
 
 SIZES = {
@@ -54,3 +55,26 @@ def test_what_cannot_be_kept_is_refused():
         Representation("joints_contact", LAYOUT)
     with pytest.raises(UserError, match="keeps no term of the observation, whose terms are cube_0"):
         Representation("proprio", {"cube_0_pos": slice(0, 3)})
+
+
+def test_standardized_it_has_mean_0_and_deviation_1_in_the_data_and_can_be_undone():
+    data = np.random.default_rng(0).normal(3, 5, (1000, 28)).astype(np.float32)
+    represent = Representation("joints_contacts", LAYOUT, Statistics.of(data))
+    x = np.asarray(represent(data))
+    np.testing.assert_allclose(x.mean(axis=0), 0, atol=1e-5)
+    np.testing.assert_allclose(x.std(axis=0), 1, rtol=1e-5)
+    kept = data[:, [*range(12), 17, 18]]
+    np.testing.assert_allclose(represent.restore(x), kept, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(represent.units, kept.std(axis=0), rtol=1e-5)
+    for found, expected in zip(represent.statistics(None), (0, 1), strict=True):
+        np.testing.assert_array_equal(found, np.full(14, expected))
+
+
+def test_as_it_is_it_has_the_datas_statistics():
+    data = Statistics(np.arange(28.0), 1 + np.arange(28.0))
+    represent = Representation("joints_contacts", LAYOUT)
+    mean, deviation = represent.statistics(data)
+    assert mean.tolist() == [*range(12), 17, 18]
+    assert deviation.tolist() == [*range(1, 13), 18, 19]
+    assert represent.units == 1
+    assert represent.statistics(None) is None

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pigbench.agents import Statistics
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
 from pigbench.training import episodes
@@ -61,7 +62,7 @@ def write_dataset(folder: Path, spec: Spec = SPEC) -> None:
 
 def write_run(path: Path, outcomes: dict[int, list[list[int]]], **changes) -> Run:
     """A run with `outcomes[step][task - 1]`, the successes (0 or 1) of the task's episodes."""
-    run = runs.open_run(path, dataclasses.replace(CONFIG, **changes), {})
+    run = runs.open_run(path, dataclasses.replace(CONFIG, **changes), {}, Statistics.standard(1))
     episodes.record(
         run.episodes_path,
         [

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
+from pigbench.agents import Statistics
 from pigbench.errors import UserError
 from pigbench.report import stats
 from pigbench.report.stats import Estimate
@@ -91,7 +92,7 @@ def test_a_variant_is_a_method_of_its_own(tmp_path, make_run):
 def test_runs_without_an_evaluation_are_all_named(tmp_path, config, make_run):
     made = [
         make_run(tmp_path / "done", {1: [[1]]}),
-        runs.open_run(tmp_path / "new", config, {}),
+        runs.open_run(tmp_path / "new", config, {}, Statistics.standard(1)),
         make_run(tmp_path / "empty", {}),
     ]
     with pytest.raises(UserError, match=r"no evaluation yet in \S*/new, \S*/empty; use"):

@@ -1,32 +1,36 @@
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 
+from pigbench.agents import Statistics
 from pigbench.errors import UserError
 from pigbench.training import run as runs
+
+STATISTICS = Statistics(np.array([0.1, -2.5], np.float32), np.array([1 / 3, 0.02], np.float32))
 
 
 def test_a_run_is_begun_read_and_taken_up_again(tmp_path, config):
     path = tmp_path / "suite" / "run"
-    begun = runs.open_run(path, config, {"commit": "abc"})
+    begun = runs.open_run(path, config, {"commit": "abc"}, STATISTICS)
     assert runs.read_run(path) == begun
-    assert runs.open_run(path, config, {"commit": "def"}) == begun
+    assert runs.open_run(path, config, {"commit": "def"}, STATISTICS) == begun
     assert json.loads((path / "provenance.json").read_text()) == {"commit": "abc"}
     assert begun.episodes_path == path / "episodes.csv"
 
 
 def test_tuples_in_a_configuration_equal_what_was_read(tmp_path, config):
     config = dataclasses.replace(config, agent={"hidden": (256, 256)})
-    runs.open_run(tmp_path, config, {})
-    runs.open_run(tmp_path, config, {})
+    runs.open_run(tmp_path, config, {}, STATISTICS)
+    runs.open_run(tmp_path, config, {}, STATISTICS)
 
 
 def test_another_configuration_is_refused_with_the_field(tmp_path, config):
-    runs.open_run(tmp_path, config, {})
+    runs.open_run(tmp_path, config, {}, STATISTICS)
     changed = dataclasses.replace(config, agent=config.agent | {"discount": 0.9})
     with pytest.raises(UserError, match=r"agent\.discount is 0\.99 there and 0\.9 now"):
-        runs.open_run(tmp_path, changed, {})
+        runs.open_run(tmp_path, changed, {}, STATISTICS)
 
 
 def test_what_is_no_run_is_named(tmp_path):
@@ -41,3 +45,25 @@ def test_a_torn_configuration_is_named(tmp_path, text):
     (tmp_path / "config.json").write_text(text)
     with pytest.raises(UserError, match=r"config\.json is torn"):
         runs.read_run(tmp_path)
+
+
+def test_statistics_are_kept_to_the_bit(tmp_path, config):
+    run = runs.open_run(tmp_path, config, {}, STATISTICS)
+    kept = runs.read_statistics(run)
+    for ours, theirs in zip(kept, STATISTICS, strict=True):
+        assert ours.dtype == np.float32
+        np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("content", ['{"mean": [1.0]}', '{"mean": "x", "deviation": "y"}', "[]"])
+def test_torn_statistics_are_named(tmp_path, config, content):
+    run = runs.open_run(tmp_path, config, {}, STATISTICS)
+    (tmp_path / runs.STATISTICS_FILE).write_text(content)
+    with pytest.raises(UserError, match=r"statistics\.json is torn"):
+        runs.read_statistics(run)
+
+
+def test_a_run_of_before_statistics_has_none(tmp_path, config):
+    run = runs.open_run(tmp_path, config, {}, STATISTICS)
+    (tmp_path / runs.STATISTICS_FILE).unlink()
+    assert runs.read_statistics(run) is None
