@@ -27,11 +27,12 @@ class PolicyAgent(Agent[Config]):
 
     def init_policy(self, key: jax.Array) -> Any:
         """Fresh parameters of the policy."""
-        states = jnp.zeros((1, self.observation_size))
-        return self.policy.init(key, observations=states, goals=states)
+        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
+        return self.policy.init(key, observations=states, goals=goals)
 
     def means(self, params: Params, observations: jax.Array, goals: jax.Array) -> Any:
         """The policy's mean actions, (B, a), not clipped."""
+        goals = self.as_goals(goals)
         return self.policy.apply(params["policy"], observations=observations, goals=goals)
 
     def act(

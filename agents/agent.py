@@ -12,6 +12,7 @@ from pigbench.agents import directions
 from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.directions import Coordinates, Direction
+from pigbench.agents.representations import GOALS, Representation
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
 
@@ -79,6 +80,19 @@ class Agent(abc.ABC, Generic[Config]):
         self.layout = layout
         self.statistics = statistics
         self.units = units
+        goals = (
+            Representation(config.goals, layout, table=GOALS) if config.goals != "state" else None
+        )
+        self._represent_goals = goals
+
+    @property
+    def goal_size(self) -> int:
+        """Numbers that networks see of a goal."""
+        return self._represent_goals.size if self._represent_goals else self.observation_size
+
+    def as_goals(self, states: jax.Array) -> jax.Array:
+        """What networks see of goals, which are states elsewhere: (..., o) to (..., goal_size)."""
+        return self._represent_goals(states) if self._represent_goals else states
 
     def direction(self, name: str) -> Direction:
         """The direction of motion of that name in this agent's coordinates."""

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from pigbench.agents.batch import GoalMixture
-from pigbench.errors import UserError
+from pigbench.agents.representations import GOALS
+from pigbench.errors import UserError, lookup
 
 VALUE_GOALS = GoalMixture(current=0.2, future=0.5, random=0.3, geometric=True)
 ACTOR_GOALS = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=False)
@@ -34,10 +35,12 @@ class AgentConfig:
     actor_layer_norm: bool = False  # in Gaussian policies
     discount: float = 0.999
     target_rate: float = 0.005  # tau: the share of the online parameters in a target's update
+    goals: str = "state"  # what networks see of a goal: state or cubes
     value_goals: GoalMixture = VALUE_GOALS
     actor_goals: GoalMixture = ACTOR_GOALS
 
     def __post_init__(self) -> None:
+        lookup("goals", GOALS, self.goals)
         require(self, lambda x: x > 0, "positive", "learning_rate", "batch_size")
         require(self, lambda x: 0 < x < 1, "between 0 and 1, both excluded", "discount")
         require(self, lambda x: 0 < x <= 1, "above 0 and at most 1", "target_rate")

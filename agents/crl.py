@@ -51,7 +51,7 @@ class CRL(PolicyAgent[CRLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "critic" (two members, stacked) and of "policy"."""
         critic_key, policy_key = jax.random.split(key)
-        states = jnp.zeros((1, self.observation_size))
+        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         actions = jnp.zeros((1, self.action_size))
         return {
             "critic": init_ensemble(
@@ -60,7 +60,7 @@ class CRL(PolicyAgent[CRLConfig]):
                 self.members,
                 observations=states,
                 actions=actions,
-                goals=states,
+                goals=goals,
             ),
             "policy": self.init_policy(policy_key),
         }
@@ -97,6 +97,7 @@ class CRL(PolicyAgent[CRLConfig]):
 
     def _embed(self, members: Any, actions: jax.Array, batch: Batch, goals: jax.Array) -> Any:
         """phi_i(s, a) and psi_i(g), each (members, B, n)."""
+        goals = self.as_goals(goals)
         return apply_ensemble(
             self.critic, members, observations=batch.observations, actions=actions, goals=goals
         )

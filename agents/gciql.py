@@ -51,17 +51,17 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "value", of "critic" (two members, stacked) and of "policy"."""
         value_key, critic_key, policy_key = jax.random.split(key, 3)
-        states = jnp.zeros((1, self.observation_size))
+        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         actions = jnp.zeros((1, self.action_size))
         return {
-            "value": self.value.init(value_key, observations=states, goals=states),
+            "value": self.value.init(value_key, observations=states, goals=goals),
             "critic": init_ensemble(
                 self.critic,
                 critic_key,
                 self.members,
                 observations=states,
                 actions=actions,
-                goals=states,
+                goals=goals,
             ),
             "policy": self.init_policy(policy_key),
         }
@@ -114,12 +114,13 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
         return actors.ddpg_bc(means, batch.actions, critic, bc_weight=self.config.bc_weight)
 
     def _values(self, value: Any, observations: jax.Array, goals: jax.Array) -> Any:
-        return self.value.apply(value, observations=observations, goals=goals)
+        return self.value.apply(value, observations=observations, goals=self.as_goals(goals))
 
     def _critics(
         self, members: Any, observations: jax.Array, actions: jax.Array, goals: jax.Array
     ) -> Any:
         """Q_i(s, a, g), (members, B)."""
+        goals = self.as_goals(goals)
         return apply_ensemble(
             self.critic, members, observations=observations, actions=actions, goals=goals
         )

@@ -56,10 +56,10 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "value" (two members, stacked) and of "policy"."""
         value_key, policy_key = jax.random.split(key)
-        states = jnp.zeros((1, self.observation_size))
+        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         return {
             "value": init_ensemble(
-                self.value, value_key, self.members, observations=states, goals=states
+                self.value, value_key, self.members, observations=states, goals=goals
             ),
             "policy": self.init_policy(policy_key),
         }
@@ -75,6 +75,7 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
 
     def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
         """The members' mean."""
+        goals = self.as_goals(goals)
         values = apply_ensemble(self.value, params["value"], observations=observations, goals=goals)
         return values.mean(axis=0)
 
@@ -84,10 +85,11 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
         goal_reward = GOAL_REWARDS[config.rewards]
         # Residuals are of a cost of 1 a step; with a reward at the goal values are smaller by this.
         step_value = 1 - config.discount if goal_reward else 1.0
+        goals = self.as_goals(batch.value_goals)
 
         def regularized(member: Any) -> tuple[jax.Array, jax.Array]:
             def steps(states: jax.Array) -> Any:
-                values: Any = self.value.apply(member, observations=states, goals=batch.value_goals)
+                values: Any = self.value.apply(member, observations=states, goals=goals)
                 return values / step_value
 
             values, residuals = config.regularizer(
@@ -129,6 +131,6 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
     ) -> tuple[jax.Array, jax.Array]:
         """V_i(s, g) and V_i(s', g), each (members, B), in one call."""
         states = jnp.stack([batch.observations, batch.next_observations])
-        goals = jnp.broadcast_to(goals, states.shape)
+        goals = jnp.stack([self.as_goals(goals)] * 2)
         values = apply_ensemble(self.value, members, observations=states, goals=goals)
         return values[:, 0], values[:, 1]

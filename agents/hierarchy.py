@@ -29,7 +29,7 @@ T = TypeVar("T")
 UNIFORM_VALUE_GOALS = replace(VALUE_GOALS, geometric=False)
 GEOMETRIC_ACTOR_GOALS = replace(ACTOR_GOALS, geometric=True)
 
-DECIDED_ABOVE = ("learning_rate", "batch_size", "target_rate", "discount", "actor_goals")
+DECIDED_ABOVE = ("learning_rate", "batch_size", "target_rate", "discount", "goals", "actor_goals")
 """Fields that a low level's own configuration has no say in."""
 
 
@@ -129,11 +129,11 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "high_actor", "high_critic", "high_value", and of the low level."""
         actor_key, values_key, low_key = jax.random.split(key, 3)
-        states = jnp.zeros((1, self.observation_size))
+        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         subgoals = self.represent(states)
         high = {
-            "actor": self.actor.init(actor_key, observations=states, goals=states),
-            **self.values.init(values_key, observations=states, actions=subgoals, goals=states),
+            "actor": self.actor.init(actor_key, observations=states, goals=goals),
+            **self.values.init(values_key, observations=states, actions=subgoals, goals=goals),
         }
         return _named_by_level(high, self.low.init(low_key))
 
@@ -163,6 +163,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     ) -> jax.Array:
         """The best of `candidates` draws of the flow: (B, o) and (B, o) to (B, x)."""
         high, _ = _levels(params)
+        goals = self.as_goals(goals)
         candidates = self.actor.sample(
             high["actor"],
             observations=observations,
@@ -197,7 +198,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
             self.actor.loss(
                 params["actor"],
                 observations=batch.observations,
-                goals=batch.actor_goals,
+                goals=self.as_goals(batch.actor_goals),
                 samples=self.represent(subgoals.actor_subgoals),
                 key=key,
             ),
@@ -206,7 +207,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
                 target_params,
                 observations=batch.observations,
                 actions=self.represent(subgoals.value_subgoals),
-                goals=batch.value_goals,
+                goals=self.as_goals(batch.value_goals),
                 next_observations=subgoals.value_subgoals,
                 success=subgoals.value_success,
                 discounts=self.config.discount**subgoals.value_steps,

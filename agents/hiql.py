@@ -106,8 +106,8 @@ class HIQL(Agent[HIQLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "representation", "value" (stacked), "high_policy" and "low_policy"."""
         keys = jax.random.split(key, 4)
-        states = jnp.zeros((1, self.observation_size))
-        plain: dict[str, Any] = {"observations": states, "goals": states}
+        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
+        plain: dict[str, Any] = {"observations": states, "goals": goals}
         represented: dict[str, Any] = {
             "observations": states,
             "goals": jnp.zeros((1, self.config.representation_size)),
@@ -133,7 +133,7 @@ class HIQL(Agent[HIQLConfig]):
     ) -> jax.Array:
         """The low policy's mean at the high policy's, clipped to [-1, 1]. Draws nothing."""
         means: Any = self.high_policy.apply(
-            params["high_policy"], observations=observations, goals=goals
+            params["high_policy"], observations=observations, goals=self.as_goals(goals)
         )
         actions: Any = self.low_policy.apply(
             params["low_policy"], observations=observations, goals=on_sphere(means)
@@ -184,10 +184,12 @@ class HIQL(Agent[HIQLConfig]):
             temperature=self.config.low_temperature,
         )
         high_means: Any = self.high_policy.apply(
-            params["high_policy"], observations=states, goals=batch.actor_goals
+            params["high_policy"], observations=states, goals=self.as_goals(batch.actor_goals)
         )
         subgoal: Any = self.representation.apply(
-            fixed["representation"], observations=states, goals=subgoals.actor_subgoals
+            fixed["representation"],
+            observations=states,
+            goals=self.as_goals(subgoals.actor_subgoals),
         )
         high_loss, high_metrics = actors.awr(
             high_means,
@@ -205,7 +207,7 @@ class HIQL(Agent[HIQLConfig]):
     ) -> tuple[jax.Array, Any]:
         """V_i(s, phi(s, g)), (..., members, B), and phi(s, g), (..., B, n)."""
         represented: Any = self.representation.apply(
-            params["representation"], observations=observations, goals=goals
+            params["representation"], observations=observations, goals=self.as_goals(goals)
         )
         values = apply_ensemble(
             self.value, params["value"], observations=observations, goals=represented

@@ -20,7 +20,7 @@ from pigbench.agents.config import AgentConfig, require
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.networks import LatentDynamics
 from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
-from pigbench.errors import lookup
+from pigbench.errors import UserError, lookup
 
 RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False)
 
@@ -41,6 +41,11 @@ class QRLConfig(AgentConfig):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.goals != "state":
+            raise UserError(
+                f"goals is {self.goals!r}: a quasimetric measures distances between states, "
+                "so it must be 'state'"
+            )
         lookup("quasimetric", QUASIMETRICS, self.quasimetric)
         lookup("actor", ACTOR_LOSSES, self.actor)
         require(self, lambda x: x > 0, "positive", "push_offset", "push_beta")

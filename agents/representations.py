@@ -1,4 +1,7 @@
-"""What the low level of a hierarchy sees of an observation, chosen by the names of its terms."""
+"""What networks see of an observation, chosen by the names of its terms.
+
+A low level sees less of states than they have, and an agent may see less of goals.
+"""
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -19,9 +22,16 @@ REPRESENTATIONS: Mapping[str, Callable[[str], bool]] = {
 }
 """Which terms of an observation a representation keeps."""
 
+GOALS: Mapping[str, Callable[[str], bool]] = {
+    "state": lambda term: True,
+    "cubes": lambda term: term.startswith("cube_") and term.endswith("_pos"),
+}
+"""Which terms of a goal's observation a policy is told: all, or where the cubes are to be, as in
+OGBench's `-oraclerep` environments. Whether a goal is reached does not depend on it."""
+
 
 class Representation:
-    """x of s: the terms that the representation `name` keeps, in the observation's order.
+    """x of s: the terms that representation `name` of a table keeps, in the observation's order.
 
     With the `statistics` of observations, x is standardised: of mean 0 and deviation 1 in the data.
 
@@ -29,9 +39,13 @@ class Representation:
     """
 
     def __init__(
-        self, name: str, layout: Mapping[str, slice], statistics: Statistics | None = None
+        self,
+        name: str,
+        layout: Mapping[str, slice],
+        statistics: Statistics | None = None,
+        table: Mapping[str, Callable[[str], bool]] = REPRESENTATIONS,
     ) -> None:
-        keeps = lookup("representation", REPRESENTATIONS, name)
+        keeps = lookup("representation", table, name)
         self._slices = {term: part for term, part in layout.items() if keeps(term)}
         if not self._slices:
             raise UserError(

@@ -54,12 +54,12 @@ class FlowClone(Agent[FlowCloneConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "actor" and, with a critic, of "critic" and "value"."""
         actor_key, values_key = jax.random.split(key)
-        states = jnp.zeros((1, self.observation_size))
+        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         actions = jnp.zeros((1, self.action_size))
-        params = {"actor": self.actor.init(actor_key, observations=states, goals=states)}
+        params = {"actor": self.actor.init(actor_key, observations=states, goals=goals)}
         if self.has_critic:
             params |= self.values.init(
-                values_key, observations=states, actions=actions, goals=states
+                values_key, observations=states, actions=actions, goals=goals
             )
         return params
 
@@ -70,7 +70,7 @@ class FlowClone(Agent[FlowCloneConfig]):
         actor = self.actor.loss(
             params["actor"],
             observations=batch.observations,
-            goals=batch.actor_goals,
+            goals=self.as_goals(batch.actor_goals),
             samples=batch.actions,
             key=key,
         )
@@ -81,7 +81,7 @@ class FlowClone(Agent[FlowCloneConfig]):
             target_params,
             observations=batch.observations,
             actions=batch.actions,
-            goals=batch.value_goals,
+            goals=self.as_goals(batch.value_goals),
             next_observations=batch.next_observations,
             success=batch.value_success,
             # At the goal no step is left.
@@ -93,6 +93,7 @@ class FlowClone(Agent[FlowCloneConfig]):
         self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
     ) -> jax.Array:
         """The best of `candidates` samples of the flow, clipped to [-1, 1]."""
+        goals = self.as_goals(goals)
         candidates = self.actor.sample(
             params["actor"],
             observations=observations,

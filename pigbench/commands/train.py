@@ -39,6 +39,8 @@ class Train:
     """Folder of the run."""
     agent: AgentConfig
     """The method's hyper-parameters, by default those of the preset."""
+    goals: str | None = None
+    """What networks see of a goal: state, or cubes for their positions alone (as --agent.goals)."""
     preset: str = "paper"
     """Preset of hyper-parameters: paper, or cpu for networks that two cores can train."""
     variant: str = ""
@@ -86,7 +88,7 @@ class Train:
         dataset.check_layout(data, env.layout)
         rows = Rows.from_split(data.split("train"))
         statistics = Statistics.of(rows.observations)
-        agent = agent_for(env, self.method, self.agent, statistics)
+        agent = agent_for(env, self.method, self.agent_config, statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
         for group in self._groups():
             with contextlib.ExitStack() as stack:
@@ -103,6 +105,11 @@ class Train:
             for folder in group:
                 print(f"{folder} is complete; see it with: pigbench table {folder}")
 
+    @property
+    def agent_config(self) -> AgentConfig:
+        """The method's hyper-parameters, with the goals that were asked for."""
+        return dataclasses.replace(self.agent, goals=self.goals) if self.goals else self.agent
+
     def _groups(self) -> list[dict[Path, int]]:
         """Folders and seeds of the runs, those together that are trained together."""
         runs = {self.out / str(seed): seed for seed in self.seeds} or {self.out: self.seed}
@@ -113,7 +120,7 @@ class Train:
         return RunConfig(
             method=self.method,
             preset=self.preset,
-            agent=dataclasses.asdict(self.agent),
+            agent=dataclasses.asdict(self.agent_config),
             environment=data.spec.environment,
             physics=data.spec.physics,
             dataset_digest=data.digest,

@@ -21,6 +21,7 @@ def test_the_paper_preset_is_the_papers_table():
             "temperature": 10.0,
             "layer_norm": True,
             "actor_layer_norm": False,
+            "goals": "state",
             "rewards": "-1/0",
             "discount": 0.999,
             "target_rate": 0.005,

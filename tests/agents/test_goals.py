@@ -1,0 +1,67 @@
+"""What networks see of a goal."""
+
+import dataclasses
+
+import jax
+import numpy as np
+import pytest
+
+from pigbench import agents
+from pigbench.errors import UserError
+
+SMALL = {"actor_hidden_sizes": (16,), "value_hidden_sizes": (16,)}
+QUASIMETRICS = ("qrl", "eik-qrl", "hjb-qrl")
+ROBOT, CUBE = slice(0, 3), slice(3, 4)  # of the observations of these tests
+
+
+def with_other_goals(batch, part):
+    """The batch whose goals have other numbers in `part` of them."""
+
+    def other(goals):
+        return np.concatenate(
+            [goals[:, slot] + (1 if slot == part else 0) for slot in (ROBOT, CUBE)], axis=1
+        )
+
+    return batch.replace(value_goals=other(batch.value_goals), actor_goals=other(batch.actor_goals))
+
+
+@pytest.mark.parametrize("name", [name for name in agents.names() if name not in QUASIMETRICS])
+def test_told_of_cubes_alone_a_method_does_not_mind_the_robots_part_of_a_goal(build, batch, name):
+    config = agents.get(name).config
+    low = {"low": dataclasses.replace(config.low, **SMALL)} if hasattr(config, "low") else {}
+    changed = dataclasses.replace(config, goals="cubes", **SMALL, **low)
+    fields = {field.name: getattr(changed, field.name) for field in dataclasses.fields(changed)}
+    agent = build(name, **fields)
+    assert agent.goal_size == 1
+    params = jax.jit(agent.init)(jax.random.key(0))
+    targets = {network: params[network] for network in agent.target_networks}
+
+    @jax.jit
+    def loss_and_actions(batch):
+        loss, _ = agent.loss(params, targets, batch, jax.random.key(1))
+        actions = agent.act(params, batch.observations, batch.actor_goals, jax.random.key(2))
+        return loss, actions
+
+    loss, actions = loss_and_actions(batch)
+    same_loss, same_actions = loss_and_actions(with_other_goals(batch, ROBOT))
+    assert same_loss == loss
+    np.testing.assert_array_equal(same_actions, actions)
+    other_loss, other_actions = loss_and_actions(with_other_goals(batch, CUBE))
+    assert other_loss != loss
+    assert np.any(other_actions != actions)
+
+
+@pytest.mark.parametrize("name", QUASIMETRICS)
+def test_a_quasimetric_refuses(name):
+    with pytest.raises(UserError, match="goals is 'cubes': a quasimetric measures distances"):
+        dataclasses.replace(agents.get(name).config, goals="cubes")
+
+
+def test_a_quasimetric_may_be_the_low_level_of_a_hierarchy_told_of_cubes(build):
+    agent = build("h-flow-qrl", goals="cubes")
+    assert (agent.goal_size, agent.low.goal_size) == (1, agent.represent.size)
+
+
+def test_unknown_goals_are_refused():
+    with pytest.raises(UserError, match="unknown goals 'cube': did you mean 'cubes'"):
+        agents.AgentConfig(goals="cube")
