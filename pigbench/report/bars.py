@@ -86,5 +86,6 @@ def _draw(
             )
         centres = np.arange(len(names)) * (len(methods) + _GAP) + (len(methods) - 1) / 2
         panel.set_xticks(centres, list(names))
+        panel.set_xlim(-_GAP, len(names) * (len(methods) + _GAP) - _GAP)
     canvas.add_legend(figure, {method: handles[method] for method in methods})
     return figure
