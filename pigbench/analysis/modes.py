@@ -4,13 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pigbench.envs.contact import HOLDING_DISTANCE, feels
 from pigbench.envs.observation import POSITION_SCALE
 
 FREE, TOUCHING, HOLDING = "free", "touching", "holding"
 MODES = FREE, TOUCHING, HOLDING
-
-HOLDING_DISTANCE = 0.02
-"""Metres from the pinch point to the centre of a cube that is held: half of the cube's edge."""
 
 
 def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.ndarray:
@@ -19,12 +17,11 @@ def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.n
     The pad feels no force (free), or it does with a cube around the pinch point (holding) or
     without (touching).
     """
-    contact = observations[:, layout["gripper_contact"]][:, 0] > 0
-    pinch = observations[:, layout["effector_pos"]]
+    contact = observations[:, layout["gripper_contact"]][:, 0]
+    pinch = observations[:, layout["effector_pos"]] / POSITION_SCALE
     cubes = [observations[:, part] for term, part in layout.items() if is_position(term)]
-    nearest = np.min([np.linalg.norm(cube - pinch, axis=-1) for cube in cubes], axis=0)
-    held = nearest < HOLDING_DISTANCE * POSITION_SCALE
-    return np.where(contact, np.where(held, HOLDING, TOUCHING), FREE)
+    held = feels(contact, pinch, np.stack(cubes, axis=1) / POSITION_SCALE, within=HOLDING_DISTANCE)
+    return np.select([held.any(axis=-1), contact > 0], [HOLDING, TOUCHING], FREE)
 
 
 def is_object(term: str) -> bool:

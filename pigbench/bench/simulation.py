@@ -44,7 +44,7 @@ def evaluation(env: CubeEnv, episodes: int, method: str, preset: str, *, name: s
         for _ in range(count):
             outcome = evaluate(params, lambda _: None)
             # A fresh policy reaches no goal: every episode has its whole length.
-            assert outcome.length.sum() == steps
+            assert outcome["length"].sum() == steps
 
     return Contender(name, work, items=steps)
 

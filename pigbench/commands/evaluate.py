@@ -37,6 +37,6 @@ class Evaluate:
             outcome = evaluate(state.params, progress.reach)
         rows = as_episodes(outcome, env, evaluation, step=int(state.step))
         episodes.record(run.episodes_path, rows)
-        for task, successes in zip(env.spec.tasks, outcome.success, strict=True):
+        for task, successes in zip(env.spec.tasks, outcome["success"], strict=True):
             print(f"{task.name:28} {successes.sum():3d} of {self.episodes}")
-        print(f"{'all tasks':28} {100 * outcome.success.mean():.1f} %")
+        print(f"{'all tasks':28} {100 * outcome['success'].mean():.1f} %")

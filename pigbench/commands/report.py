@@ -39,7 +39,8 @@ class Table:
     """Folders of runs."""
     show: tuple[str, ...] = ("methods", "tasks")
     """Which tables: methods (by environments), tasks (by methods), aggregate (interquartile mean
-    over environments), improvement (how probably one method is better than another)."""
+    over environments), improvement (how probably one method is better than another), milestones
+    (how far episodes came)."""
     format: str = "markdown"
     """markdown, latex or csv."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
@@ -55,7 +56,7 @@ class Table:
 
 @dataclasses.dataclass(frozen=True)
 class Plot:
-    """Draw success rates: over training, on each task, or over all environments."""
+    """Draw success rates over training, on each task or over environments, or what led there."""
 
     runs: Runs
     """Folders of runs."""
@@ -63,7 +64,8 @@ class Plot:
     """File of the picture; its extension (png, pdf, svg) tells the format."""
     kind: str = "curves"
     """curves (over training steps), bars (by task), box (over environments), columns (curves by
-    what a hierarchy's low level sees) or profile (shares of runs above each success rate)."""
+    what a hierarchy's low level sees), profile (shares of runs above each success rate) or
+    milestones (how far episodes came, from touching a cube to success)."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
     """How runs become numbers, except in curves."""
 

@@ -1,29 +1,58 @@
-"""Bar charts: success on each task, a panel an environment."""
+"""Bar charts, a panel an environment: success on each task, or how far episodes came."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from pigbench.report import canvas, stats
-from pigbench.report.scoring import Scoring, task_success
-from pigbench.report.stats import Result
+from pigbench.report.scoring import Scoring, milestones, task_success
+from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
 from pigbench.report.tables import ordered
+from pigbench.training.milestones import MEASURES
 
 _HEIGHT = 2.1  # inches
 _BAR = 0.11
 _LEAST_GROUP = 1.3  # that a task's name has room in
 _GAP = 1.0  # bars
 
+Groups = Mapping[str, Estimate | None]  # by what stands below them; None where it is not known
+
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
     """A bar a method: the mean over seeds, with a whisker of one standard deviation each way."""
-    by_cell = {cell: task_success(group, scoring) for cell, group in stats.cells(results).items()}
+
+    def by_task(group: Sequence[Result]) -> Groups:
+        return {name: value for (_, name), value in task_success(group, scoring).items()}
+
+    by_cell = {cell: by_task(group) for cell, group in stats.cells(results).items()}
+    return _draw(by_cell, order, scoring, quantity="success (%)")
+
+
+def draw_milestones(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
+    """As `draw`: what share of episodes came how far, from touching a cube to success.
+
+    Where a run's file does not tell, a dash stands in the bar's place.
+    """
+    stages = [measure.label for measure in MEASURES.values() if measure.stage]
+
+    def by_stage(group: Sequence[Result]) -> Groups:
+        found = milestones(group, scoring)
+        return {stage: found.get(stage) for stage in stages}
+
+    by_cell = {cell: by_stage(group) for cell, group in stats.cells(results).items()}
+    return _draw(by_cell, order, scoring, quantity="episodes (%)")
+
+
+def _draw(
+    by_cell: Mapping[Cell, Groups], order: Sequence[str], scoring: Scoring, *, quantity: str
+) -> Figure:
     methods = ordered({cell.method for cell in by_cell}, order)
     environments = ordered({cell.environment for cell in by_cell}, order)
-    most_tasks = max(map(len, by_cell.values()))
-    width = max((len(methods) + _GAP) * _BAR, _LEAST_GROUP) * most_tasks
+    most_groups = max(map(len, by_cell.values()))
+    width = max((len(methods) + _GAP) * _BAR, _LEAST_GROUP) * most_groups
     figure, grid = canvas.grid(
         len(environments), 1, panel=(width, _HEIGHT), legend=methods, share_y=False
     )
@@ -31,26 +60,32 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     for panel, environment in zip(grid[:, 0], environments, strict=True):
         panel.set_title(f"{environment}, {scoring.wording}")
         panel.set_ylim(0, 100)
-        panel.set_ylabel("success (%)")
+        panel.set_ylabel(quantity)
         panel.grid(visible=False, axis="x")
-        tasks = {}
+        names: dict[str, None] = {}
         for offset, method in enumerate(methods):
-            by_task = by_cell.get(stats.Cell(method, environment))
-            if by_task is None:
+            groups = by_cell.get(Cell(method, environment))
+            if groups is None:
                 continue
-            tasks |= by_task
+            names |= dict.fromkeys(groups)
             look = style(method)
+            places = np.arange(len(groups)) * (len(methods) + _GAP) + offset
+            for place, estimate in zip(places, groups.values(), strict=True):
+                if estimate is None:
+                    panel.text(place, 0, "–", color=look.color, ha="center", va="bottom")
+            shown = [estimate or Estimate(math.nan) for estimate in groups.values()]
             handles[method] = panel.bar(
-                np.arange(len(by_task)) * (len(methods) + _GAP) + offset,
-                [estimate.value for estimate in by_task.values()],
+                places,
+                [estimate.value for estimate in shown],
                 width=0.9,
-                yerr=[estimate.deviation or 0.0 for estimate in by_task.values()],
+                yerr=[estimate.deviation or 0.0 for estimate in shown],
                 error_kw={"linewidth": 0.8},
                 color=look.color,
                 hatch=look.hatch,
                 edgecolor="white",
             )
-        centres = np.arange(len(tasks)) * (len(methods) + _GAP) + (len(methods) - 1) / 2
-        panel.set_xticks(centres, [name for _, name in tasks])
+        centres = np.arange(len(names)) * (len(methods) + _GAP) + (len(methods) - 1) / 2
+        panel.set_xticks(centres, list(names))
+        panel.set_xlim(-_GAP, len(names) * (len(methods) + _GAP) - _GAP)
     canvas.add_legend(figure, {method: handles[method] for method in methods})
     return figure

@@ -16,6 +16,7 @@ KINDS: Mapping[str, Callable[[Sequence[Result], Sequence[str], Scoring], Figure]
     "box": boxes.draw,
     "columns": columns.draw,
     "profile": profiles.draw,
+    "milestones": bars.draw_milestones,
 }
 
 

@@ -10,6 +10,7 @@ from pigbench.errors import UserError, lookup
 from pigbench.report import bootstrap, measures, stats
 from pigbench.report.stats import Estimate, Result
 from pigbench.training.episodes import Episode
+from pigbench.training.milestones import MEASURES, Measure
 
 _AVERAGED = 3
 
@@ -73,6 +74,18 @@ def task_success(results: Sequence[Result], scoring: Scoring) -> dict[Task, Esti
     return {task: _estimate(_rates(results, scoring, task), scoring) for task in _tasks(results)}
 
 
+def milestones(results: Sequence[Result], scoring: Scoring) -> dict[str, Estimate]:
+    """As `success`, for each measure of `MEASURES` that all results have, by its label."""
+    rates = {
+        measure.label: _rates(results, scoring, measure=measure) for measure in MEASURES.values()
+    }
+    return {
+        label: _estimate(values, scoring)
+        for label, values in rates.items()
+        if not np.isnan(values).any()
+    }
+
+
 def stratum(results: Sequence[Result], scoring: Scoring) -> np.ndarray:
     """The success rates of a cell's results, (runs, 1), or with `over` tasks (runs, tasks)."""
     units = UNITS[scoring.over](results)
@@ -93,8 +106,13 @@ UNITS: Mapping[str, Callable[[Sequence[Result]], Sequence[Task | None]]] = {
 }
 
 
-def _rates(results: Sequence[Result], scoring: Scoring, task: Task | None = None) -> np.ndarray:
-    """The success rate of each result, (runs,), on one task or on all."""
+def _rates(
+    results: Sequence[Result],
+    scoring: Scoring,
+    task: Task | None = None,
+    measure: Measure = MEASURES["success"],
+) -> np.ndarray:
+    """The success rate, or another measure's mean, of each result, (runs,), on one task or all."""
     stats.require_level(results)
     steps = CHECKPOINTS[scoring.checkpoint].choose(stats.success_curve(results))
     if not steps:
@@ -104,8 +122,9 @@ def _rates(results: Sequence[Result], scoring: Scoring, task: Task | None = None
         )
     rates = [
         [
-            stats.success_rate(
-                [e for e in result.episodes if e.step == step and task in (None, _task(e))]
+            stats.mean(
+                [e for e in result.episodes if e.step == step and task in (None, _task(e))],
+                measure,
             )
             for step in steps
         ]

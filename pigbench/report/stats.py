@@ -6,6 +6,7 @@ over runs that differ in nothing but their seed.
 
 import dataclasses
 import itertools
+import math
 from collections import defaultdict
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -17,6 +18,7 @@ from pigbench.report.bootstrap import Interval
 from pigbench.support.compare import first_difference
 from pigbench.training import episodes
 from pigbench.training.episodes import Episode
+from pigbench.training.milestones import MEASURES, Measure
 from pigbench.training.run import Run
 
 Key = TypeVar("Key", bound=Hashable)
@@ -126,7 +128,13 @@ def estimate_curve(curves: Sequence[Mapping[int, float]]) -> dict[int, Estimate]
 
 def success_rate(group: Collection[Episode]) -> float:
     """The share of successful episodes, in percent."""
-    return 100 * sum(episode.success for episode in group) / len(group)
+    return mean(group, MEASURES["success"])
+
+
+def mean(group: Iterable[Episode], measure: Measure) -> float:
+    """The measure's mean over the episodes of which it is known, scaled; of none not a number."""
+    known = [e.measures[measure.name] for e in group if measure.name in e.measures]
+    return measure.scale * sum(known) / len(known) if known else math.nan
 
 
 def estimate(values: Sequence[float] | np.ndarray) -> Estimate:

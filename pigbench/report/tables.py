@@ -5,8 +5,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pigbench.report import comparison, stats
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.formats import Label, Table, render, render_all
-from pigbench.report.scoring import Scoring, Task, success, task_success
+from pigbench.report.scoring import Scoring, milestones, success, task_success
 from pigbench.report.stats import Estimate, Result
+from pigbench.training.milestones import MEASURES
 
 __all__ = [
     "TABLES",
@@ -14,6 +15,7 @@ __all__ = [
     "aggregate_table",
     "improvement_table",
     "method_table",
+    "milestone_table",
     "ordered",
     "render",
     "render_all",
@@ -53,14 +55,14 @@ def task_table(
     }
     tasks = {(environment, task) for environment, task, _ in by_task}
     estimates = {
-        (_task_label(environment, task), method): value
+        (_row_label(environment, task[1]), method): value
         for (environment, task, method), value in by_task.items()
     }
     return Table(
         caption=_caption(results, estimates, scoring, line="row"),
         corner=("task", "method"),
         rows=[
-            _task_label(name, task)
+            _row_label(name, task[1])
             for name in ordered({environment for environment, _ in tasks}, order)
             for environment, task in sorted(tasks)
             if environment == name
@@ -117,11 +119,41 @@ def improvement_table(
     )
 
 
+def milestone_table(
+    results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
+) -> Table:
+    """Methods of every environment by measures of how far episodes came; ordered as above."""
+    cells = stats.cells(results)
+    rows = [
+        (_row_label(environment, method), stats.Cell(method, environment))
+        for environment in ordered({cell.environment for cell in cells}, order)
+        for method in ordered({cell.method for cell in cells}, order)
+        if stats.Cell(method, environment) in cells
+    ]
+    return Table(
+        caption=(
+            f"How far episodes came ({_how(results, scoring)}), mean ± standard deviation over "
+            "seeds: percent of episodes unless the column names another unit. Nearest is the least "
+            "distance of the pinch point from a cube; within means all cubes from their targets, "
+            "final the farthest; success, within 4 cm, ends an episode. A dash: not recorded"
+        ),
+        corner=("method", "measure"),
+        rows=[label for label, _ in rows],
+        columns=[measure.label for measure in MEASURES.values()],
+        estimates={
+            (label, column): estimate
+            for label, cell in rows
+            for column, estimate in milestones(cells[cell], scoring).items()
+        },
+    )
+
+
 TABLES: Mapping[str, Callable[..., Table]] = {
     "methods": method_table,
     "tasks": task_table,
     "aggregate": aggregate_table,
     "improvement": improvement_table,
+    "milestones": milestone_table,
 }
 
 
@@ -184,5 +216,5 @@ def _have_intervals(estimates: Mapping[Label, Estimate]) -> bool:
     return any(estimate.interval for estimate in estimates.values())
 
 
-def _task_label(environment: str, task: Task) -> str:
-    return f"{environment} {task[1]}"
+def _row_label(environment: str, name: str) -> str:
+    return f"{environment} {name}"

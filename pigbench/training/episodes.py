@@ -2,19 +2,22 @@
 
 import csv
 import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pigbench.errors import UserError
 from pigbench.support import files
+from pigbench.training.milestones import MEASURES, Value
 
 
 class Episode(NamedTuple):
-    """One evaluation episode. The fields are the columns of the file; flags are 0 or 1 there.
+    """One evaluation episode.
 
     `step` is the training step of the evaluated policy, `task` counts from 1, `episode` tells the
-    episodes of a task apart, `seed` is the evaluation's, and `length` is in control steps.
+    episodes of a task apart, `seed` is the evaluation's. `measures` has the values of `MEASURES`
+    that are known, by name: not all are in files from before a measure was, and a diverged episode
+    has no final distance.
     """
 
     step: int
@@ -22,16 +25,24 @@ class Episode(NamedTuple):
     task_name: str
     episode: int
     seed: int
-    success: bool
-    length: int
-    diverged: bool
+    measures: Mapping[str, Value]
 
 
-_FORMAT: dict[type, Callable[[Any], Any]] = {int: int, str: str, bool: int}
+# The file's columns, and their types: flags are 0 or 1 there, distances have tenths of
+# millimetres, and what is not known is empty.
+_WHICH = {name: kind for name, kind in Episode.__annotations__.items() if name != "measures"}
+_COLUMNS = _WHICH | {name: measure.kind for name, measure in MEASURES.items()}
+_FORMAT: dict[type, Callable[[Any], str]] = {
+    int: str,
+    str: str,
+    bool: "{:d}".format,
+    float: "{:.4f}".format,
+}
 _PARSE: dict[type, Callable[[str], Any]] = {
     int: int,
     str: str,
     bool: {"0": False, "1": True}.__getitem__,
+    float: float,
 }
 
 
@@ -42,29 +53,41 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
     old = [episode for episode in read(path) if episode.step not in steps] if path.exists() else []
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(Episode._fields)
-    writer.writerows(_convert(_FORMAT, episode) for episode in sorted(old + new))
+    writer.writerow(_COLUMNS)
+    writer.writerows(map(_row, sorted(old + new, key=lambda episode: episode[: len(_WHICH)])))
     files.write_text(path, text.getvalue())
 
 
 def read(path: Path) -> list[Episode]:
-    """The episodes in the file, by step, task and episode. Raises UserError when it is torn."""
+    """The episodes in the file, by step, task and episode. Raises UserError when it is torn.
+
+    The file may lack measures, but not success.
+    """
     text = files.read_text(path)
     header, *rows = csv.reader(io.StringIO(text)) if text else [[]]
-    if tuple(header) != Episode._fields:
-        raise UserError(f"{path} is torn: its columns are not {','.join(Episode._fields)}")
+    which, measures = header[: len(_WHICH)], header[len(_WHICH) :]
+    if which != list(_WHICH) or "success" not in measures or not MEASURES.keys() >= set(measures):
+        raise UserError(f"{path} is torn: its columns are not {','.join(_COLUMNS)}")
     if not text.endswith("\n"):
         raise UserError(f"{path} is torn: its last row is cut off")
-    return [_parse(path, number, row) for number, row in enumerate(rows, start=2)]
+    return [_parse(path, number, header, row) for number, row in enumerate(rows, start=2)]
 
 
-def _parse(path: Path, line: int, row: list[str]) -> Episode:
+def _row(episode: Episode) -> list[str]:
+    values = {**episode._asdict(), **episode.measures}
+    return [
+        _FORMAT[kind](values[name]) if name in values else "" for name, kind in _COLUMNS.items()
+    ]
+
+
+def _parse(path: Path, line: int, header: list[str], row: list[str]) -> Episode:
     try:
-        return Episode(*_convert(_PARSE, row))
+        values = {
+            name: _PARSE[_COLUMNS[name]](text)
+            for name, text in zip(header, row, strict=True)
+            if text or name in (*_WHICH, "success")
+        }
+        which = {name: values.pop(name) for name in _WHICH}
     except (ValueError, KeyError):
         raise UserError(f"{path} is torn: line {line} is no episode") from None
-
-
-def _convert(converters: dict[type, Callable[[Any], Any]], row: Iterable[Any]) -> list[Any]:
-    columns = Episode.__annotations__.values()
-    return [converters[column](value) for column, value in zip(columns, row, strict=True)]
+    return Episode(**which, measures=values)

@@ -1,6 +1,6 @@
 """Evaluating a policy: every task and episode in one vectorised rollout."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -13,7 +13,9 @@ from pigbench.agents import Agent, Params
 from pigbench.envs import CubeEnv, State
 from pigbench.envs.physics import PhysicsState, warn_of_overflow
 from pigbench.errors import UserError
+from pigbench.training import milestones
 from pigbench.training.episodes import Episode
+from pigbench.training.milestones import MEASURES, Value, Values
 
 _REPORT_EVERY = 50  # control steps
 
@@ -30,24 +32,18 @@ class Evaluation:
             raise UserError(f"episodes is {self.episodes}: it must be at least 1")
 
 
-class Outcome(NamedTuple):
-    """How episodes ended, arrays (tasks, episodes): diverged simulations have failed."""
-
-    success: np.ndarray
-    length: np.ndarray  # control steps
-    diverged: np.ndarray
-
-
+Outcome = Mapping[str, np.ndarray]  # by measure of `milestones`, (tasks, episodes)
 Report = Callable[[int], None]  # told how many control steps the longest episode has taken
 Evaluator = Callable[[Params, Report], Outcome]
 
 
 class Rollout(NamedTuple):
-    """Episodes under way, task after task: `lengths` steps each, `time` () steps of the longest."""
+    """Episodes under way, task after task; `time` () is the steps of the longest."""
 
     states: State
     act_keys: jax.Array
-    lengths: jax.Array
+    start: jax.Array  # (N, num_cubes, 3) metres, where the cubes began
+    values: Values  # of the measures so far, (N,) each
     time: jax.Array
 
 
@@ -67,18 +63,26 @@ def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
 
     reset_keys, act_keys = jax.vmap(keys)(tasks, episodes)
     states = jax.vmap(env.reset_task)(reset_keys, tasks)
-    return Rollout(states, act_keys, jnp.zeros(len(tasks), jnp.int32), jnp.zeros((), jnp.int32))
+    return Rollout(
+        states,
+        act_keys,
+        start=jax.vmap(partial(milestones.cubes, env))(states),
+        values={name: jnp.full(len(tasks), value) for name, value in milestones.begin().items()},
+        time=jnp.zeros((), jnp.int32),
+    )
 
 
 def step(env: CubeEnv, agent: Agent, params: Params, rollout: Rollout) -> Rollout:
     """One control step of the episodes that are not done."""
-    states, act_keys, lengths, time = rollout
-    step_keys = jax.vmap(jax.random.fold_in, in_axes=(0, None))(act_keys, time)
+    states = rollout.states
+    step_keys = jax.vmap(jax.random.fold_in, in_axes=(0, None))(rollout.act_keys, rollout.time)
     actions = jax.vmap(lambda o, g, k: agent.act(params, o[None], g[None], k)[0])(
         states.obs, states.info["goal"], step_keys
     )
-    lengths = lengths + (states.done == 0)
-    return Rollout(jax.vmap(env.step)(states, actions), act_keys, lengths, time + 1)
+    after = jax.vmap(env.step)(states, actions)
+    moments = jax.vmap(partial(milestones.moment, env))(after, rollout.start)
+    values = jax.vmap(milestones.advance)(rollout.values, moments, states.done == 0)
+    return rollout._replace(states=after, values=values, time=rollout.time + 1)
 
 
 def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evaluator:
@@ -103,9 +107,7 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
             report(int(rollout.time))
         physics_states: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
         warn_of_overflow(physics_states)
-        info = rollout.states.info
-        arrays = (info["success"], rollout.lengths, info["diverged"])
-        return Outcome(*(np.asarray(array).reshape(shape) for array in arrays))
+        return {name: np.asarray(rollout.values[name]).reshape(shape) for name in MEASURES}
 
     return evaluate
 
@@ -121,10 +123,13 @@ def as_episodes(
             task_name=task.name,
             episode=episode,
             seed=evaluation.seed,
-            success=bool(outcome.success[index, episode]),
-            length=int(outcome.length[index, episode]),
-            diverged=bool(outcome.diverged[index, episode]),
+            measures=_known({name: array[index, episode] for name, array in outcome.items()}),
         )
         for index, task in enumerate(env.spec.tasks)
         for episode in range(evaluation.episodes)
     ]
+
+
+def _known(values: Mapping[str, np.generic]) -> dict[str, Value]:
+    """The values of an episode that are numbers."""
+    return {name: value.item() for name, value in values.items() if not np.isnan(value)}

@@ -43,7 +43,7 @@ def record(
         chunks.append(np.asarray(qpos))
         report(min(int(rollout.time), env.episode_length))
     successes = np.asarray(rollout.states.info["success"])
-    lengths = np.minimum(rollout.lengths, env.episode_length)
+    lengths = np.minimum(rollout.values["length"], env.episode_length)
     states = np.concatenate(chunks)
     return [
         Recording(

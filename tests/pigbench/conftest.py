@@ -1,7 +1,9 @@
 """Small data sets and run folders, made by hand."""
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from pigbench.data.writer import Writer
 from pigbench.training import episodes
 from pigbench.training import run as runs
 from pigbench.training.episodes import Episode
+from pigbench.training.milestones import Value
 from pigbench.training.run import Run, RunConfig
 
 # Four shards: train-00000 and -00001 of 2 episodes of 4 rows, train-00002 and val-00000 of 1.
@@ -60,13 +63,22 @@ def write_dataset(folder: Path, spec: Spec = SPEC) -> None:
         writer.write(part, arrays_of(spec, part))
 
 
-def write_run(path: Path, outcomes: dict[int, list[list[int]]], **changes) -> Run:
-    """A run with `outcomes[step][task - 1]`, the successes (0 or 1) of the task's episodes."""
+def write_run(
+    path: Path,
+    outcomes: dict[int, list[list[int]]],
+    *,
+    more: Mapping[str, Value] = MappingProxyType({}),
+    **changes,
+) -> Run:
+    """A run with `outcomes[step][task - 1]`, the successes (0 or 1) of the task's episodes.
+
+    `more` are further measures, the same of all episodes.
+    """
     run = runs.open_run(path, dataclasses.replace(CONFIG, **changes), {}, Statistics.standard(1))
     episodes.record(
         run.episodes_path,
         [
-            Episode(step, task, f"task{task}", number, 7, bool(success), 50, False)
+            Episode(step, task, f"task{task}", number, 7, {"success": bool(success), **more})
             for step, tasks in outcomes.items()
             for task, successes in enumerate(tasks, start=1)
             for number, success in enumerate(successes)

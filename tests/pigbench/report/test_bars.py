@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pigbench.report import bars
+from pigbench.report import bars, stats
 from pigbench.report.scoring import Scoring
 
 
@@ -41,3 +41,22 @@ def test_bars_of_a_panel_do_not_overlap(make_results):
 
 def _bars(panel):
     return [group for group in panel.containers if hasattr(group, "patches")]
+
+
+def test_milestones_by_hand_with_a_dash_for_what_is_not_known(tmp_path, make_run):
+    some = {"touched": True, "held": True, "lifted": False}
+    results = stats.read_results(
+        [
+            make_run(tmp_path / "a", {1: [[0, 1]]}, method="new", more=some),
+            make_run(tmp_path / "b", {1: [[1, 1]]}, method="old"),
+        ]
+    )
+    (panel,) = bars.draw_milestones(results, (), Scoring()).axes
+    stages = ["touched", "held", "lifted", "within 10 cm", "within 5 cm", "success"]
+    assert [label.get_text() for label in panel.get_xticklabels()] == stages
+    new, old = ([bar.get_height() for bar in group.patches] for group in _bars(panel))
+    nan = np.nan
+    np.testing.assert_array_equal(new, [100, 100, 0, nan, nan, 50])
+    np.testing.assert_array_equal(old, [nan] * 5 + [100])
+    dashes = {(text.get_text(), text.get_position()) for text in panel.texts}
+    assert dashes == {("–", (9, 0)), ("–", (12, 0)), *(("–", (3 * n + 1, 0)) for n in range(5))}

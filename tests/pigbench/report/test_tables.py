@@ -2,6 +2,8 @@ import pytest
 
 from pigbench.report import stats, tables
 from pigbench.report.scoring import Scoring
+from pigbench.training import episodes
+from pigbench.training.episodes import Episode
 
 DOUBLE = {"environment": "cube-double"}
 ORDER = ("cube-single", "cube-double", "qrl", "gcivl")
@@ -134,3 +136,47 @@ def test_the_caption_names_the_checkpoint(results):
 def test_names_are_in_order_and_variants_where_their_method_is():
     names = ["z", "b (2)", "a", "b", "q", "b"]
     assert tables.ordered(names, ["b", "q"]) == ["b", "b (2)", "q", "a", "z"]
+
+
+REACHED = {"nearest": 0.012, "touched": True, "held": False, "final_distance": 0.2, "length": 50}
+
+
+def test_milestones_with_a_dash_for_what_no_file_tells(tmp_path, make_run):
+    both = {1: [[0, 1]]}
+    farther = REACHED | {"nearest": 0.032}
+    table = tables.milestone_table(
+        stats.read_results(
+            [
+                make_run(tmp_path / "a", both, more=REACHED),
+                make_run(tmp_path / "b", both, more=farther, seed=1),
+                make_run(tmp_path / "c", both, method="qrl", more=REACHED),
+                make_run(tmp_path / "d", both, method="qrl", seed=1),
+                make_run(tmp_path / "e", {1: [[1, 1]]}, more=REACHED, **DOUBLE),
+            ]
+        ),
+        order=ORDER,
+    )
+    assert table.rows == ["cube-single qrl", "cube-single gcivl", "cube-double gcivl"]
+    lines = tables.render(table, "markdown").splitlines()
+    cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in (lines[0], *lines[2:5])]
+    shown = list(zip(*cells, strict=True))
+    assert shown[1] == ("nearest (cm)", "–", "2.2 ± 1.4", "1.2")
+    assert shown[2] == ("touched", "–", "100.0 ± 0.0", "100.0")
+    assert shown[3] == ("held", "–", "0.0 ± 0.0", "0.0")
+    assert shown[4] == ("lifted", "–", "–", "–")
+    assert shown[7] == ("success", "50.0 ± 0.0", "50.0 ± 0.0", "100.0")
+    assert shown[9] == ("final (cm)", "–", "20.0 ± 0.0", "20.0")
+    assert shown[10] == ("steps", "–", "50.0 ± 0.0", "50.0")
+
+
+def test_the_final_distance_is_that_of_episodes_with_an_end(tmp_path, make_run):
+    run = make_run(tmp_path / "a", {1: [[0, 0]]})
+    lost = {"success": False, "diverged": True}
+    ended = lost | {"diverged": False, "final_distance": 0.1}
+    episodes.record(
+        run.episodes_path,
+        [Episode(1, 1, "lift", number, 7, one) for number, one in enumerate((lost, ended, ended))],
+    )
+    estimates = tables.milestone_table(stats.read_results([run])).estimates
+    assert estimates["cube-single gcivl", "final (cm)"].value == pytest.approx(10)
+    assert estimates["cube-single gcivl", "diverged"].value == pytest.approx(100 / 3)

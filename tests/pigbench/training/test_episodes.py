@@ -8,17 +8,45 @@ from pigbench.training.episodes import Episode
 
 
 def episode(step, task, number, success=False):
-    return Episode(step, task, f"task{task}, lift", number, 7, success, 120, not success)
+    measures = {
+        "nearest": 0.0125,
+        "touched": True,
+        "held": True,
+        "lifted": success,
+        "within_10cm": success,
+        "within_5cm": success,
+        "success": success,
+        "within_3cm": False,
+        "final_distance": 0.0375,
+        "length": 120,
+        "diverged": not success,
+    }
+    if not success:
+        del measures["final_distance"]
+    return Episode(step, task, f"task{task}, lift", number, 7, measures)
 
 
 def test_the_file_is_plain_csv(tmp_path):
     path = tmp_path / "episodes.csv"
     episodes.record(path, [episode(100, 2, 0), episode(100, 1, 0, success=True)])
     assert path.read_text() == (
-        "step,task,task_name,episode,seed,success,length,diverged\n"
-        '100,1,"task1, lift",0,7,1,120,0\n'
-        '100,2,"task2, lift",0,7,0,120,1\n'
+        "step,task,task_name,episode,seed,nearest,touched,held,lifted,within_10cm,within_5cm,"
+        "success,within_3cm,final_distance,length,diverged\n"
+        '100,1,"task1, lift",0,7,0.0125,1,1,1,1,1,1,0,0.0375,120,0\n'
+        '100,2,"task2, lift",0,7,0.0125,1,1,0,0,0,0,0,,120,1\n'
     )
+
+
+def test_what_a_file_from_before_lacks_is_not_known(tmp_path):
+    path = tmp_path / "episodes.csv"
+    old = "step,task,task_name,episode,seed,success,length,diverged\n100,1,lift,0,7,1,120,0\n"
+    path.write_text(old)
+    (row,) = episodes.read(path)
+    assert row == Episode(100, 1, "lift", 0, 7, {"success": True, "length": 120, "diverged": False})
+    new = episode(200, 1, 0)
+    episodes.record(path, [new])
+    assert "100,1,lift,0,7,,,,,,,1,,,120,0\n" in path.read_text()
+    assert episodes.read(path) == [row, new]
 
 
 def test_round_trip_in_order(tmp_path):
@@ -48,7 +76,16 @@ def test_a_cut_file_is_named(tmp_path, cut):
 
 
 @pytest.mark.parametrize(
-    "row", ["100,1,a,0,7,1,120", "x,1,a,0,7,1,120,0", "100,1,a,0,7,2,120,0", "100,1,a,0,7,1,1,0,9"]
+    "row",
+    [
+        "100,1,a,0,7,,,,,,,1,,,120",
+        "x,1,a,0,7,,,,,,,1,,,120,0",
+        "100,1,a,0,7,,,,,,,2,,,120,0",
+        "100,1,a,0,7,,,,,,,1,,,120,0,9",
+        "100,1,a,0,7,x,,,,,,1,,,120,0",
+        "100,1,a,0,7,,,,,,,,,,120,0",
+        ",1,a,0,7,,,,,,,1,,,120,0",
+    ],
 )
 def test_a_bad_row_is_named_by_its_line(tmp_path, row):
     path = tmp_path / "episodes.csv"
@@ -60,7 +97,8 @@ def test_a_bad_row_is_named_by_its_line(tmp_path, row):
 
 def test_other_files_are_not_episodes(tmp_path):
     path = tmp_path / "episodes.csv"
-    for text in ("", "a,b\n1,2\n"):
+    which = "step,task,task_name,episode,seed"
+    for text in ("", "a,b\n1,2\n", f"{which},length\n", f"{which},success,mood\n"):
         path.write_text(text)
         with pytest.raises(UserError, match="its columns are not step,task,task_name"):
             episodes.read(path)

@@ -12,9 +12,9 @@ def test_the_evaluations_episodes(env, drawn):
     reports = []
     recordings = record(env, drawn, None, evaluation, reports.append)
     assert [recording.task for recording in recordings] == [1, 1, 2, 2]
-    assert [recording.success for recording in recordings] == list(outcome.success.ravel())
+    assert [recording.success for recording in recordings] == list(outcome["success"].ravel())
     steps = [len(recording.qpos) - 1 for recording in recordings]
-    assert steps == list(outcome.length.ravel()) == [1, 1, 6, 6]
+    assert steps == list(outcome["length"].ravel()) == [1, 1, 6, 6]
     assert reports == [6]
     for recording in recordings:
         target = 0.0 if recording.task == 1 else -0.2

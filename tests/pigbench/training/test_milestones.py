@@ -1,0 +1,141 @@
+"""Measures on trajectories made by hand, and on what a scripted policy does in the simulation."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from pigbench import envs
+from pigbench.envs.environment import CubeEnv
+from pigbench.envs.observation import CENTRE, POSITION_SCALE
+from pigbench.envs.oracles import markov
+from pigbench.envs.oracles.targets import Target
+from pigbench.training import milestones
+from pigbench.training.evaluate import Evaluation, make_evaluator
+from pigbench.training.milestones import MEASURES, Moment
+
+START = ((0.4, 0.0, 0.02), (0.5, 0.2, 0.02))
+TARGET = ((0.4, 0.0, 0.02), (0.5, 0.0, 0.02))
+AWAY = (0.4, 0.1, 0.3)
+
+
+def moment(*, second=START[1], pinch=AWAY, force=0.0, success=False, diverged=False) -> Moment:
+    """Two cubes, of which the first stays, at its target."""
+    positions = (jnp.array(x, jnp.float32) for x in (START, (START[0], second), TARGET, pinch))
+    return Moment(*positions, *map(jnp.asarray, (force, success, diverged)))
+
+
+def episode(*moments: Moment, active: tuple[bool, ...] | None = None) -> dict[str, float]:
+    values = milestones.begin()
+    for one, is_active in zip(moments, active or [True] * len(moments), strict=True):
+        values = milestones.advance(values, one, jnp.asarray(is_active))
+    return {name: value.item() for name, value in values.items()}
+
+
+def test_a_pick_and_place_step_by_step():
+    over, at = (0.5, 0.2, 0.07), (0.5, 0.2, 0.03)
+    taken = [
+        moment(pinch=over),
+        moment(pinch=(0.47, 0.2, 0.03), force=3.0),  # pushed from 3.2 cm off
+        moment(pinch=at, force=20.0),
+        moment(second=(0.5, 0.2, 0.039), pinch=(0.5, 0.2, 0.049), force=20.0),
+        moment(second=(0.5, 0.2, 0.041), pinch=(0.5, 0.2, 0.049), force=20.0),
+        moment(second=(0.5, 0.09, 0.02), pinch=AWAY),
+        moment(second=(0.5, 0.045, 0.02), pinch=AWAY),
+        moment(second=(0.5, 0.025, 0.02), pinch=AWAY, success=True),
+    ]
+    reached = [
+        [name for name, value in episode(*taken[: count + 1]).items() if value is True]
+        for count in range(len(taken))
+    ]
+    stages = ["touched", "held", "lifted", "within_10cm", "within_5cm", "success", "within_3cm"]
+    assert reached == [stages[:n] for n in (0, 1, 2, 2, 3, 4, 5, 7)]
+    values = episode(*taken)
+    assert values["nearest"] == pytest.approx(0.008, abs=1e-6)
+    assert values["final_distance"] == pytest.approx(0.025, abs=1e-6)
+    assert values["length"] == 8
+
+
+@pytest.mark.parametrize(
+    ("one", "expected"),
+    [
+        (moment(pinch=(0.5, 0.2, 0.02)), set()),  # open fingers around a cube
+        (moment(pinch=(0.5, 0.245, 0.02), force=5.0), set()),  # shut beside it
+        (moment(pinch=(0.5, 0.219, 0.02), force=5.0), {"touched", "held"}),
+        (moment(second=(0.5, 0.2, 0.06), pinch=(0.4, 0.0, 0.02), force=5.0), {"touched", "held"}),
+        # One cube within 3 cm of its target, which is not all.
+        (moment(second=(0.5, 0.09, 0.02)), {"within_10cm"}),
+    ],
+)
+def test_single_moments(one, expected):
+    assert {name for name, value in episode(one).items() if value is True} == expected
+
+
+def test_what_follows_an_episodes_end_does_not_count():
+    values = episode(
+        moment(pinch=(0.5, 0.2, 0.07)),
+        moment(second=TARGET[1], pinch=(0.5, 0.0, 0.02), force=9.0, success=True),
+        active=(True, False),
+    )
+    assert values == episode(moment(pinch=(0.5, 0.2, 0.07)))
+
+
+def test_of_a_diverged_episode_counts_what_it_reached():
+    held = moment(pinch=START[1], force=9.0)
+    values = episode(held, held._replace(diverged=jnp.asarray(True)))
+    assert values["diverged"]
+    assert values["held"]
+    assert np.isnan(values["final_distance"])
+
+
+class Scripted:
+    """OGBench's Markov oracle as a policy, its gripper action bounded by the parameter."""
+
+    def __init__(self, layout):
+        self.layout = layout
+
+    def act(self, params, observations, goals, key):
+        return jax.vmap(self._act, in_axes=(None, 0, 0))(params, observations, goals)
+
+    def _act(self, bound, observation, goal):
+        def position(values, term):
+            return values[self.layout[term]] / POSITION_SCALE + jnp.array(CENTRE)
+
+        def angle(values, term):
+            cos, sin = values[self.layout[term]]
+            return jnp.arctan2(sin, cos)
+
+        situation = markov.Situation(
+            position(observation, "effector_pos"),
+            angle(observation, "effector_yaw"),
+            observation[self.layout["gripper_contact"]][0],
+            position(observation, "cube_0_pos"),
+            angle(observation, "cube_0_yaw"),
+        )
+        target = Target(
+            jnp.zeros((), jnp.int32), position(goal, "cube_0_pos"), angle(goal, "cube_0_yaw")
+        )
+        action = markov.action(situation, target, markov.Pose(target.pos, target.yaw))
+        return action.at[-1].set(jnp.minimum(action[-1], bound))
+
+
+def test_a_scripted_policy_goes_through_all_stages():
+    single = envs.make("cube-single")
+    env = CubeEnv(dataclasses.replace(single.spec, episode_length=120), single.physics)
+    evaluate = make_evaluator(env, Scripted(env.layout), Evaluation(episodes=1, seed=3))
+    placed = evaluate(jnp.asarray(1.0), lambda _: None)
+    for measure in MEASURES.values():
+        if measure.stage:
+            assert placed[measure.name].all(), measure.name
+    assert placed["nearest"].max() < 0.01
+    assert 0.02 < placed["final_distance"].min() <= placed["final_distance"].max() <= 0.04
+    # With fingers that never close it comes as near, and no farther.
+    idle = evaluate(jnp.asarray(-1.0), lambda _: None)
+    assert idle["nearest"].max() < 0.02
+    for name in ("touched", "held", "lifted", "within_10cm", "success"):
+        assert not idle[name].any(), name
+    far = np.linalg.norm(env._goal - env._start, axis=-1)
+    np.testing.assert_allclose(idle["final_distance"], far, atol=0.0142)
+    assert (idle["length"] == 120).all()
