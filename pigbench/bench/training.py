@@ -24,19 +24,22 @@ def contenders(environment: str, methods: Iterable[str], preset: str) -> list[Co
 
 
 def updates(
-    env: CubeEnv, rows: Rows, method: str, config: AgentConfig, *, name: str = ""
+    env: CubeEnv, rows: Rows, method: str, config: AgentConfig, *, seeds: int = 1, name: str = ""
 ) -> Contender:
-    """The updates of a method with some hyper-parameters, under its own or another name."""
-    init_key, step_key = jax.random.split(jax.random.key(0))
+    """The updates of a method with some hyper-parameters, under its own or another name.
+
+    Seeds are trained together: an item is one seed's update.
+    """
+    keys = [jax.random.split(jax.random.key(seed)) for seed in range(seeds)]
     agent = agent_for(env, method, config, standard(env))
-    step = make_updates(agent, [step_key])
-    states = [agents.create(agent, init_key)]
+    step = make_updates(agent, [step_key for _, step_key in keys])
+    states = [agents.create(agent, init_key) for init_key, _ in keys]
 
     def work(count: int) -> None:
         nonlocal states
         states, _ = jax.block_until_ready(step(states, rows, count))
 
-    return Contender(name or method, work)
+    return Contender(name or method, work, items=seeds)
 
 
 def standard(env: CubeEnv) -> Statistics:

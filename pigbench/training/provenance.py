@@ -16,8 +16,15 @@ _XLA_VARIABLES = ("XLA_FLAGS", "NPROC")
 
 
 def package_versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
-    """The installed version of each package."""
-    return {package: importlib.metadata.version(package) for package in packages}
+    """The installed version of each package, or that there is none."""
+    return {package: _version(package) for package in packages}
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"  # as where the code runs from a bare copy of its folder
 
 
 def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:

@@ -7,6 +7,7 @@ that was killed and started again ends with the same parameters, to the bit, as 
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import jax
@@ -142,7 +143,15 @@ def make_updates(
         return state, jax.tree.map(lambda x: x / count, sums)
 
     alone = jax.jit(loop, donate_argnums=0)
-    together = jax.jit(jax.vmap(loop, in_axes=(0, 0, None, None)), donate_argnums=0)
+
+    # Stacked within the program: outside, every leaf of every state would be a call of its own.
+    @partial(jax.jit, donate_argnums=0)
+    def together(
+        states: Sequence[TrainState], rows: Rows, count: int
+    ) -> tuple[list[TrainState], Metrics]:
+        vectorized = jax.vmap(loop, in_axes=(0, 0, None, None))
+        state, metrics = vectorized(_stack(states), jnp.stack(keys), rows, count)
+        return _unstack(state, len(keys)), metrics
 
     def updates(
         states: Sequence[TrainState], rows: Rows, count: int
@@ -150,8 +159,8 @@ def make_updates(
         if len(keys) == 1:
             state, metrics = alone(states[0], keys[0], rows, count)
             return [state], [jax.device_get(metrics)]
-        state, metrics = together(_stack(states), jnp.stack(keys), rows, count)
-        return _unstack(state, len(keys)), _unstack(jax.device_get(metrics), len(keys))
+        states, metrics = together(states, rows, count)
+        return states, _unstack(jax.device_get(metrics), len(keys))
 
     return updates
 

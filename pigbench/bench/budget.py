@@ -1,0 +1,133 @@
+"""Measurements within a time limit: a list of rows, the most telling first, each kept at once."""
+
+import gc
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+Result = Mapping[str, Any]
+"""What was measured, or why it was not: under `FAILED`, or under `SKIPPED`."""
+
+FAILED, SKIPPED = "failed", "skipped"
+RATE, FIRST, TOOK = "rate", "first_s", "took_s"
+NO_TIME = "no time left"
+KILLED = "the process ended while it ran"
+
+_LEAST_GAIN = 1.05  # of the rate, from one size of a series to the next
+_REASON = 300  # characters
+
+
+@dataclass(frozen=True)
+class Row:
+    """One thing to measure.
+
+    Attributes:
+        kind: what it is; rows of a kind take about equally long to compile.
+        series: what rows that differ in size alone share. A series ends with the first that fails,
+            or that has no higher rate than the one before.
+        size: how much is done at once.
+        labels: what tells the row from others, ready for JSON.
+        measure: measures it; among the results, `FIRST` are seconds that do not grow with size.
+        seconds: how long it may take, where no row of its kind has told yet.
+    """
+
+    kind: str
+    series: str
+    size: int
+    labels: Mapping[str, Any]
+    measure: Callable[[], Result]
+    seconds: float
+
+    @property
+    def name(self) -> str:
+        """Series and size."""
+        return f"{self.series}, {self.size:,}"
+
+
+def run(
+    rows: Sequence[Row],
+    results: dict[str, Result],
+    *,
+    deadline: float,
+    keep: Callable[[], object],
+    report: Callable[[str], object] = lambda _: None,
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
+    """Measures, in order, the rows that `results` has no result of, by name, and adds theirs.
+
+    A row that is expected to end after `deadline` is skipped, one that fails says why; the others
+    go on. `keep` is called whenever `results` have changed: before a row starts, it is down as
+    one that has killed the process. `report` is told of each in a line.
+    """
+    for row in rows:
+        if row.name in results and SKIPPED not in results[row.name]:
+            continue
+        begin = clock()
+        reason = _reason_to_skip(row, rows, results, deadline - begin)
+        if reason:
+            results[row.name] = {SKIPPED: reason}
+        else:
+            results[row.name] = {FAILED: KILLED}
+            keep()
+            try:
+                outcome = dict(row.measure())
+            except Exception as error:
+                outcome = {FAILED: _one_line(error)}
+            except BaseException:  # the user's interruption: it is measured another time
+                del results[row.name]
+                keep()
+                raise
+            results[row.name] = outcome | {TOOK: clock() - begin}
+        gc.collect()  # the row's arrays leave the device
+        keep()
+        report(line(row, results[row.name]))
+
+
+def line(row: Row, result: Result) -> str:
+    """A row and its result in words."""
+    shown = (
+        f"{name} {value:,.4g}" if isinstance(value, float) else f"{name} {value}"
+        for name, value in result.items()
+        if value is not None
+    )
+    return f"{row.name}: {', '.join(shown)}"
+
+
+def _reason_to_skip(
+    row: Row, rows: Sequence[Row], results: Mapping[str, Result], left: float
+) -> str | None:
+    before = [
+        results[other.name]
+        for other in rows
+        if other.series == row.series and other.size < row.size and other.name in results
+    ]
+    if any(FAILED in result for result in before):
+        return "a smaller one failed"
+    rates = [result[RATE] for result in before if RATE in result]
+    if len(rates) > 1 and rates[-1] < _LEAST_GAIN * rates[-2]:
+        return "the rate rises no more"
+    if any(SKIPPED in result for result in before):
+        return "a smaller one was skipped"
+    return NO_TIME if _estimate(row, rows, results) > left else None
+
+
+def _estimate(row: Row, rows: Sequence[Row], results: Mapping[str, Result]) -> float:
+    """Seconds that the row will take: what its kind's last took, work growing with size."""
+    alike = [
+        (other.size, results[other.name])
+        for other in rows
+        if other.kind == row.kind and TOOK in results.get(other.name, {})
+    ]
+    measured = [(size, result) for size, result in alike if FAILED not in result]
+    if not measured:
+        return row.seconds
+    size, result = measured[-1]
+    fixed = min(result.get(FIRST, 0.0), result[TOOK])
+    return fixed + (result[TOOK] - fixed) * max(1.0, row.size / size)
+
+
+def _one_line(error: Exception) -> str:
+    words = " ".join(str(error).split())
+    text = f"{type(error).__name__}: {words}"
+    return text if len(text) <= _REASON else f"{text[:_REASON]}..."

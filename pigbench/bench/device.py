@@ -1,0 +1,263 @@
+"""What is measured of an accelerator: simulation, generation, evaluation, training and parity."""
+
+import itertools
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+
+from pigbench import agents, envs
+from pigbench.bench import picking, simulation, training
+from pigbench.bench.budget import FIRST, RATE, Result, Row
+from pigbench.bench.timing import Contender, alternate
+from pigbench.envs.physics import ENGINES
+from pigbench.training.provenance import package_versions, surroundings
+
+PACKAGES = ("jaxlib", "mujoco-mjx", "warp-lang", "flax", "optax", "brax")
+
+# MJX in JAX compiles for minutes, with each contact that might be: one pad box a finger.
+_PROFILES = {"mjx-jax": "fast"}
+# Seconds that rows may take, where none of their kind has told yet: compilation is most of it.
+_SECONDS = {"mjx-warp": 60.0, "mujoco": 15.0, "mjx-jax": 180.0}
+_TRAINING_SECONDS = 30.0
+_ON_CPU = (1, 16)  # simulations at once of the engines that are slow there
+_DEFAULT, _OTHERS = "default", ("highest", "BF16_BF16_F32", "high")
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What is measured, and how much of it at once."""
+
+    environments: tuple[str, ...] = ("cube-double", "cube-quadruple")
+    """Environments; all but control steps are of the first."""
+    engines: tuple[str, ...] = ()
+    """Physics engines, by default all; generation, evaluation and parity are of the first."""
+    simulations: tuple[int, ...] = tuple(4**power for power in range(4, 11))
+    """Simulations at once, as long as more of them bring more control steps a second."""
+    generation: int = 4096
+    """Simulations at once of data generation."""
+    episodes: int = 50
+    """Episodes of each task in an evaluation."""
+    picks: int = 64
+    """Cubes picked and placed, at once."""
+    methods: tuple[str, ...] = ("gcivl", "hjb-gcivl", "pi-h-flow-hjb-gcivl")
+    """Methods whose updates are timed."""
+    seeds: tuple[int, ...] = (1, 8)
+    """Seeds trained together at preset paper."""
+    cpu_seeds: tuple[int, ...] = (1, 8, 32)
+    """Seeds trained together at preset cpu."""
+    precisions: tuple[str, ...] = _OTHERS
+    """Precisions of matrix products to compare with JAX's default one, at preset paper."""
+    seconds: float = 0.5
+    """Length of a turn, in seconds; a row has three."""
+
+
+def rows(sizes: Sizes) -> list[Row]:
+    """What there is to measure, the most telling first."""
+    default = envs.default_engine()
+    engines = sizes.engines or (default, *(name for name in ENGINES if name != default))
+    first, *others = engines
+    main, *further = sizes.environments
+    return [
+        *_steps(sizes, main, first),
+        *_trainings(sizes, "paper", sizes.seeds, _DEFAULT),
+        _parity(sizes, main, first),
+        _generation(sizes, main, first),
+        _evaluation(sizes, main, first),
+        *(row for name in further for row in _steps(sizes, name, first)),
+        *(row for name in sizes.precisions for row in _trainings(sizes, "paper", (1,), name)),
+        *_trainings(sizes, "cpu", sizes.cpu_seeds, _DEFAULT),
+        *(
+            row
+            for name in sizes.precisions
+            for row in _trainings(sizes, "paper", sizes.seeds[1:], name)
+        ),
+        *(
+            row
+            for engine in others
+            for row in (
+                *_steps(sizes, main, engine),
+                _parity(sizes, main, engine),
+                *(row for name in further for row in _steps(sizes, name, engine)),
+            )
+        ),
+    ]
+
+
+def _steps(sizes: Sizes, environment: str, engine: str) -> list[Row]:
+    slow = jax.default_backend() == "cpu" and engine != "mujoco"
+    return [
+        _row(
+            "steps",
+            count,
+            {"environment": environment, "engine": engine, "profile": _profile(engine)},
+            lambda count=count: _timed(
+                lambda: simulation.steps(_make(environment, engine), count, name=engine), sizes
+            ),
+        )
+        for count in (_ON_CPU if slow else sizes.simulations)
+    ]
+
+
+def _generation(sizes: Sizes, environment: str, engine: str) -> Row:
+    return _row(
+        "generation",
+        sizes.generation,
+        {"environment": environment, "engine": engine, "profile": _profile(engine)},
+        lambda: _timed(
+            lambda: simulation.generation(
+                _make(environment, engine), sizes.generation, name=engine
+            ),
+            sizes,
+        ),
+    )
+
+
+def _evaluation(sizes: Sizes, environment: str, engine: str) -> Row:
+    return _row(
+        "evaluation",
+        sizes.episodes,
+        {"environment": environment, "engine": engine, "profile": _profile(engine)},
+        lambda: _timed(
+            lambda: simulation.evaluation(
+                _make(environment, engine), sizes.episodes, sizes.methods[0], "paper", name=engine
+            ),
+            sizes,
+            turns=1,  # a unit is whole episodes
+        ),
+    )
+
+
+def _parity(sizes: Sizes, environment: str, engine: str) -> Row:
+    def measure() -> Result:
+        env = _make(environment, engine)
+        picks = picking.pick_and_place(env, sizes.picks)
+        errors = picking.step_errors(env, picks)
+        return {
+            "placed": float(picks.placed.mean()),
+            "distance_mm": 1e3 * float(np.median(picks.distances)),
+            "arm_rad": float(errors.arm.max()),
+            "cube_mm_median": 1e3 * float(np.median(errors.cube)),
+            "cube_mm_max": 1e3 * float(errors.cube.max()),
+        }
+
+    labels = {"environment": environment, "engine": engine, "profile": _profile(engine)}
+    return _row("parity", sizes.picks, labels, measure)
+
+
+def _trainings(sizes: Sizes, preset: str, seeds: tuple[int, ...], precision: str) -> list[Row]:
+    def measure(method: str, count: int) -> Result:
+        env = _make(sizes.environments[0], "mujoco")  # for the sizes of its arrays alone
+        config = agents.get(method).preset(preset)
+        with jax.default_matmul_precision(precision):
+            return _timed(
+                lambda: training.updates(env, training.noise(env), method, config, seeds=count),
+                sizes,
+            )
+
+    return [
+        _row(
+            f"training {preset}",
+            count,
+            {"method": method, "preset": preset, "precision": precision},
+            lambda method=method, count=count: measure(method, count),
+        )
+        for count, method in itertools.product(seeds, sizes.methods)
+    ]
+
+
+def _row(
+    kind: str, size: int, labels: Mapping[str, str], measure: Callable[[], Result]
+) -> Row:
+    engine = labels.get("engine")
+    return Row(
+        kind=f"{kind} {engine}" if engine else kind,
+        series=" ".join([kind.split()[0], *labels.values()]),
+        size=size,
+        labels={"what": kind.split()[0], **labels, "size": size},
+        measure=lambda: _with_memory(measure),
+        seconds=_SECONDS[engine] if engine else _TRAINING_SECONDS,
+    )
+
+
+def _profile(engine: str) -> str:
+    return _PROFILES.get(engine, "exact")
+
+
+def _make(environment: str, engine: str) -> envs.CubeEnv:
+    return envs.make(environment, engine=engine, profile=_profile(engine))
+
+
+def _timed(make: Callable[[], Contender], sizes: Sizes, *, turns: int = 3) -> Result:
+    """Items a second, and the seconds before: to set up, and of the first unit, which compiles."""
+    begin = time.perf_counter()
+    contender = make()
+    setup = time.perf_counter() - begin
+    timing = alternate([contender], turns=turns, seconds=sizes.seconds)[contender.name]
+    unit = timing.median * contender.items
+    return {
+        RATE: 1 / timing.median,
+        "unit_ms": 1e3 * unit,
+        "compile_s": max(0.0, timing.first - unit),
+        FIRST: setup + timing.first,
+    }
+
+
+def _with_memory(measure: Callable[[], Result]) -> Result:
+    before = _peak()
+    result = measure()
+    after = _peak()
+    # JAX has one peak a process: it is this row's if it was not there before.
+    mine = after if after is not None and after != before else None
+    return {**result, "jax_mb": _megabytes(mine), "card_mb": _megabytes(_used())}
+
+
+def _peak() -> int | None:
+    """Bytes that JAX has had in use at most; None where it does not count them."""
+    stats = jax.local_devices()[0].memory_stats()
+    return stats.get("peak_bytes_in_use") if stats else None
+
+
+def _used() -> int | None:
+    """Bytes in use on the card, by whomever, as Warp knows them; None without Warp or a card."""
+    warp = sys.modules.get("warp")  # which an engine has imported, or nothing is to be told
+    try:
+        if warp is None or not warp.is_cuda_available():
+            return None
+        device = warp.get_device("cuda:0")
+        return device.total_memory - device.free_memory
+    except Exception:  # whatever it is, it is no reason to lose a measurement
+        return None
+
+
+def _megabytes(size: int | None) -> float | None:
+    return None if size is None else size / 1e6
+
+
+def machine() -> dict[str, Any]:
+    """Versions, commit, machine and accelerator, ready for JSON."""
+    origin = surroundings()
+    return origin | {
+        "versions": origin["versions"] | package_versions(PACKAGES),
+        "accelerator": {
+            "kind": jax.devices()[0].device_kind,
+            "platform": jax.devices()[0].platform,
+            "nvidia": _nvidia(),
+        },
+    }
+
+
+def _nvidia() -> str | None:
+    """Name, driver and memory of NVIDIA's cards, a line each; None where there is none."""
+    query = ["nvidia-smi", "--query-gpu=name,driver_version,memory.total", "--format=csv,noheader"]
+    try:
+        return subprocess.run(
+            query, capture_output=True, check=True, text=True, timeout=20
+        ).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return None

@@ -1,0 +1,99 @@
+"""Whether a cube gets where the scripted policy brings it, and how far a step is from MuJoCo in C.
+
+For an engine on a device where neither OGBench nor recordings of it need be.
+"""
+
+# mujoco's compiled modules carry no types.
+# pyright: reportAttributeAccessIssue=false
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+
+from pigbench.envs import CubeEnv, control
+from pigbench.envs.environment import SUCCESS_DISTANCE
+from pigbench.envs.observation import cube_poses
+from pigbench.envs.oracles import PlayPolicy
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.scene import SUBSTEPS, Scene
+
+
+class Picks(NamedTuple):
+    """Picks and places, N of them, the first with its T states and controls on the way."""
+
+    distances: np.ndarray  # (N,) metres from the cube to its target at the plan's end
+    diverged: np.ndarray  # (N,) bool
+    qpos: np.ndarray  # (T, nq)
+    qvel: np.ndarray  # (T, nv)
+    ctrl: np.ndarray  # (T, nu)
+
+    @property
+    def placed(self) -> np.ndarray:
+        """Whether each cube ended at its target, (N,) bool."""
+        return ~self.diverged & (self.distances < SUCCESS_DISTANCE)
+
+
+class StepErrors(NamedTuple):
+    """How far from C one control step ends, arrays (T,): the farthest joint, the farthest cube."""
+
+    arm: np.ndarray  # radians
+    cube: np.ndarray  # metres
+
+
+def pick_and_place(env: CubeEnv, count: int) -> Picks:
+    """The first plan of the policy `play` in so many random scenes, all at once."""
+    policy = PlayPolicy(env.scene)
+
+    @jax.jit
+    def play(key: jax.Array):
+        scene_key, policy_key = jax.random.split(key)
+        begin = jax.vmap(env.random_scene)(jax.random.split(scene_key, count))
+        memory = jax.vmap(policy.reset)(jax.random.split(policy_key, count), begin)
+
+        def step(states: PhysicsState, time: jax.Array):
+            now = memory.replace(time=jnp.full(count, time))
+            actions = jax.vmap(partial(policy.act, key))(now, states)
+            ctrl = jax.vmap(partial(control.servo_targets, env.scene))(states, actions)
+            after = jax.vmap(env.physics.step)(states, ctrl, time < memory.plan.length)
+            return after, (states.qpos[0], states.qvel[0], ctrl[0])
+
+        times = jnp.arange(memory.plan.targets.shape[1])
+        end, way = jax.lax.scan(step, begin, times)
+        cubes = jax.vmap(lambda state: cube_poses(env.scene, state)[0])(end)
+        placed = cubes[jnp.arange(count), memory.target.cube]
+        distances = jnp.linalg.norm(placed - memory.target.pos, axis=-1)
+        return distances, end.diverged, way, memory.plan.length[0]
+
+    distances, diverged, way, length = jax.device_get(play(jax.random.key(3)))
+    return Picks(distances, diverged, *(array[:length] for array in way))
+
+
+def step_errors(env: CubeEnv, picks: Picks) -> StepErrors:
+    """One control step from each state on the first one's way, here and in C."""
+    begin = jax.jit(jax.vmap(env.physics.init))(picks.qpos, picks.qvel)
+    here = np.asarray(jax.jit(jax.vmap(env.physics.step))(begin, picks.ctrl).qpos)
+    there = _in_c(env.scene, picks)
+    apart = np.abs(here - there)
+    cubes = apart[:, env.scene.cubes_qpos].reshape(len(apart), -1, 7)[..., :3]
+    return StepErrors(
+        arm=apart[:, env.scene.arm].max(axis=-1),
+        cube=np.linalg.norm(cubes, axis=-1).max(axis=-1),
+    )
+
+
+def _in_c(scene: Scene, picks: Picks) -> np.ndarray:
+    """Where C is after a control step from each state, at rest before the controls set in."""
+    data = mujoco.MjData(scene.model)
+    ends = []
+    for qpos, qvel, ctrl in zip(picks.qpos, picks.qvel, picks.ctrl, strict=True):
+        mujoco.mj_resetData(scene.model, data)
+        data.qpos[:], data.qvel[:] = qpos, qvel
+        mujoco.mj_forward(scene.model, data)
+        data.ctrl[:] = ctrl
+        mujoco.mj_step(scene.model, data, nstep=SUBSTEPS)
+        ends.append(data.qpos.copy())
+    return np.array(ends)

@@ -1,0 +1,78 @@
+"""`pigbench bench device`: what the accelerator at hand does, in minutes."""
+
+import dataclasses
+import os
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from pigbench.bench import budget, device, device_report
+from pigbench.bench.budget import Result, Row
+from pigbench.bench.device import Sizes
+from pigbench.errors import UserError
+from pigbench.support import files
+from pigbench.support.lock import only_writer
+
+
+@dataclasses.dataclass(frozen=True)
+class Device:
+    """Measure the accelerator at hand: control steps, training, parity with MuJoCo in C, data
+    generation, evaluation; the most telling first, until the time is over.
+
+    What was measured lies in the folder at once, and is kept: run the same command again for what
+    there was no time for. Of a row that fails the reason is kept; a new folder starts anew. On a
+    GPU, JAX takes memory as it needs it, so that Warp has room beside it
+    (XLA_PYTHON_CLIENT_PREALLOCATE=true has JAX take its share first).
+    """
+
+    out: Path
+    """Folder for device.json, device.md and device.png."""
+    minutes: float = 8.0
+    """Time to spend; no row starts that would not end within it."""
+    sizes: Sizes = dataclasses.field(default_factory=Sizes)
+    """What is measured, and how much of it at once."""
+
+    def run(self) -> None:
+        """Measure, print each row as it comes, and write tables and a picture."""
+        if self.minutes <= 0:
+            raise UserError(f"minutes is {self.minutes:g}: it must be more than 0")
+        deadline = time.monotonic() + 60 * self.minutes
+        os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")  # read when JAX starts
+        jax.config.update("jax_enable_compilation_cache", False)  # compilation is timed too
+        with only_writer(self.out):
+            rows = device.rows(self.sizes)
+            origin = {"sizes": dataclasses.asdict(self.sizes)} | device.machine()
+            results = _earlier(self.out / "device.json", origin)
+            budget.run(
+                rows,
+                results,
+                deadline=deadline,
+                keep=lambda: _keep(self.out, origin, _entries(rows, results)),
+                report=lambda line: print(line, flush=True),
+            )
+            device_report.draw(_entries(rows, results), self.out / "device.png")
+        print(f"{self.out} has device.json, device.md and device.png")
+
+
+def _earlier(path: Path, origin: dict[str, Any]) -> dict[str, Result]:
+    """The results of an earlier run of the same code on the same machine."""
+    if not path.exists():
+        return {}
+    content = files.read_json(path)
+    rows = content.pop("rows")
+    # As JSON has it, which knows no tuples.
+    return rows if content == files.json_value(origin) else {}
+
+
+def _entries(rows: Sequence[Row], results: dict[str, Result]) -> list[dict[str, Any]]:
+    return [
+        {"row": row.name, **row.labels, **results[row.name]} for row in rows if row.name in results
+    ]
+
+
+def _keep(folder: Path, origin: dict[str, Any], entries: list[dict[str, Any]]) -> None:
+    files.write_json(folder / "device.json", origin | {"rows": entries})
+    files.write_text(folder / "device.md", device_report.tables(origin, entries))
