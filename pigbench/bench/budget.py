@@ -12,6 +12,7 @@ Result = Mapping[str, Any]
 FAILED, SKIPPED = "failed", "skipped"
 RATE, FIRST, TOOK = "rate", "first_s", "took_s"
 NO_TIME = "no time left"
+LOST = "the device no longer answers; run the same command again to go on"
 KILLED = "the process ended while it ran"
 
 _LEAST_GAIN = 1.05  # of the rate, from one size of a series to the next
@@ -51,20 +52,23 @@ def run(
     *,
     deadline: float,
     keep: Callable[[], object],
-    report: Callable[[str], object] = lambda _: None,
+    alive: Callable[[], bool] = lambda: True,
+    report: Callable[[Row, Result], object] = lambda *_: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
     """Measures, in order, the rows that `results` has no result of, by name, and adds theirs.
 
     A row that is expected to end after `deadline` is skipped, one that fails says why; the others
-    go on. `keep` is called whenever `results` have changed: before a row starts, it is down as
-    one that has killed the process. `report` is told of each in a line.
+    go on, as long as the device is `alive` after it. `keep` is called whenever `results` have
+    changed: before a row starts, it is down as one that has killed the process. `report` is told of
+    each row with its result.
     """
+    lost = False
     for row in rows:
         if row.name in results and SKIPPED not in results[row.name]:
             continue
         begin = clock()
-        reason = _reason_to_skip(row, rows, results, deadline - begin)
+        reason = LOST if lost else _reason_to_skip(row, rows, results, deadline - begin)
         if reason:
             results[row.name] = {SKIPPED: reason}
         else:
@@ -79,9 +83,10 @@ def run(
                 keep()
                 raise
             results[row.name] = outcome | {TOOK: clock() - begin}
-        gc.collect()  # the row's arrays leave the device
+            gc.collect()  # the row's arrays leave the device
+            lost = FAILED in outcome and not alive()
         keep()
-        report(line(row, results[row.name]))
+        report(row, results[row.name])
 
 
 def line(row: Row, result: Result) -> str:
@@ -117,12 +122,11 @@ def _estimate(row: Row, rows: Sequence[Row], results: Mapping[str, Result]) -> f
     alike = [
         (other.size, results[other.name])
         for other in rows
-        if other.kind == row.kind and TOOK in results.get(other.name, {})
+        if other.kind == row.kind and RATE in results.get(other.name, {})
     ]
-    measured = [(size, result) for size, result in alike if FAILED not in result]
-    if not measured:
+    if not alike:
         return row.seconds
-    size, result = measured[-1]
+    size, result = alike[-1]
     fixed = min(result.get(FIRST, 0.0), result[TOOK])
     return fixed + (result[TOOK] - fixed) * max(1.0, row.size / size)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from pigbench import agents, envs
@@ -171,9 +172,7 @@ def _trainings(sizes: Sizes, preset: str, seeds: tuple[int, ...], precision: str
     ]
 
 
-def _row(
-    kind: str, size: int, labels: Mapping[str, str], measure: Callable[[], Result]
-) -> Row:
+def _row(kind: str, size: int, labels: Mapping[str, str], measure: Callable[[], Result]) -> Row:
     engine = labels.get("engine")
     return Row(
         kind=f"{kind} {engine}" if engine else kind,
@@ -237,6 +236,14 @@ def _used() -> int | None:
 
 def _megabytes(size: int | None) -> float | None:
     return None if size is None else size / 1e6
+
+
+def alive() -> bool:
+    """Whether the device still computes: an error of one program can be the end of all others."""
+    try:
+        return bool(jnp.ones(8).sum() == 8)
+    except Exception:  # of whatever kind the device's errors are
+        return False
 
 
 def machine() -> dict[str, Any]:

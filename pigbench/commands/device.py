@@ -1,6 +1,7 @@
 """`pigbench bench device`: what the accelerator at hand does, in minutes."""
 
 import dataclasses
+import json
 import os
 import time
 from collections.abc import Sequence
@@ -10,7 +11,7 @@ from typing import Any
 import jax
 
 from pigbench.bench import budget, device, device_report
-from pigbench.bench.budget import Result, Row
+from pigbench.bench.budget import RATE, Result, Row
 from pigbench.bench.device import Sizes
 from pigbench.errors import UserError
 from pigbench.support import files
@@ -46,14 +47,20 @@ class Device:
             rows = device.rows(self.sizes)
             origin = {"sizes": dataclasses.asdict(self.sizes)} | device.machine()
             results = _earlier(self.out / "device.json", origin)
+
+            def report(row: Row, result: Result) -> None:
+                print(budget.line(row, result), flush=True)
+                if row.labels["what"] == "steps" and RATE in result:
+                    device_report.draw(_entries(rows, results), self.out / "device.png")
+
             budget.run(
                 rows,
                 results,
                 deadline=deadline,
                 keep=lambda: _keep(self.out, origin, _entries(rows, results)),
-                report=lambda line: print(line, flush=True),
+                alive=device.alive,
+                report=report,
             )
-            device_report.draw(_entries(rows, results), self.out / "device.png")
         print(f"{self.out} has device.json, device.md and device.png")
 
 
@@ -63,8 +70,8 @@ def _earlier(path: Path, origin: dict[str, Any]) -> dict[str, Result]:
         return {}
     content = files.read_json(path)
     rows = content.pop("rows")
-    # As JSON has it, which knows no tuples.
-    return rows if content == files.json_value(origin) else {}
+    same = content == json.loads(json.dumps(origin))  # JSON knows no tuples
+    return {row["row"]: row for row in rows} if same else {}
 
 
 def _entries(rows: Sequence[Row], results: dict[str, Result]) -> list[dict[str, Any]]:
