@@ -67,7 +67,8 @@ def rows(sizes: Sizes) -> list[Row]:
     return [
         *_steps(sizes, main, first),
         *_trainings(sizes, "paper", sizes.seeds, _DEFAULT),
-        _parity(sizes, main, first),
+        # C beside the engine, as it does not place every cube either.
+        *(_parity(sizes, main, engine) for engine in dict.fromkeys([first, "mujoco"])),
         _generation(sizes, main, first),
         _evaluation(sizes, main, first),
         *(row for name in further for row in _steps(sizes, name, first)),
@@ -83,7 +84,7 @@ def rows(sizes: Sizes) -> list[Row]:
             for engine in others
             for row in (
                 *_steps(sizes, main, engine),
-                _parity(sizes, main, engine),
+                *([_parity(sizes, main, engine)] if engine != "mujoco" else []),
                 *(row for name in further for row in _steps(sizes, name, engine)),
             )
         ),

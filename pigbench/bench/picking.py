@@ -21,15 +21,17 @@ from pigbench.envs.oracles import PlayPolicy
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS, Scene
 
+_STATES = 256  # at most, in which a control step is compared
+
 
 class Picks(NamedTuple):
-    """Picks and places, N of them, the first with its T states and controls on the way."""
+    """Picks and places, N of them, and M states and controls on the way, of all of them."""
 
     distances: np.ndarray  # (N,) metres from the cube to its target at the plan's end
     diverged: np.ndarray  # (N,) bool
-    qpos: np.ndarray  # (T, nq)
-    qvel: np.ndarray  # (T, nv)
-    ctrl: np.ndarray  # (T, nu)
+    qpos: np.ndarray  # (M, nq)
+    qvel: np.ndarray  # (M, nv)
+    ctrl: np.ndarray  # (M, nu)
 
     @property
     def placed(self) -> np.ndarray:
@@ -38,14 +40,17 @@ class Picks(NamedTuple):
 
 
 class StepErrors(NamedTuple):
-    """How far from C one control step ends, arrays (T,): the farthest joint, the farthest cube."""
+    """How far from C one control step ends, arrays (M,): the farthest joint, the farthest cube."""
 
     arm: np.ndarray  # radians
     cube: np.ndarray  # metres
 
 
 def pick_and_place(env: CubeEnv, count: int) -> Picks:
-    """The first plan of the policy `play` in so many random scenes, all at once."""
+    """The first plan of the policy `play` in so many random scenes, all at once.
+
+    Cubes of a random scene may touch from the start: not every plan succeeds, in C either.
+    """
     policy = PlayPolicy(env.scene)
 
     @jax.jit
@@ -58,22 +63,25 @@ def pick_and_place(env: CubeEnv, count: int) -> Picks:
             now = memory.replace(time=jnp.full(count, time))
             actions = jax.vmap(partial(policy.act, key))(now, states)
             ctrl = jax.vmap(partial(control.servo_targets, env.scene))(states, actions)
-            after = jax.vmap(env.physics.step)(states, ctrl, time < memory.plan.length)
-            return after, (states.qpos[0], states.qvel[0], ctrl[0])
+            active = time < memory.plan.length
+            after = jax.vmap(env.physics.step)(states, ctrl, active)
+            return after, (active, states.qpos, states.qvel, ctrl)
 
         times = jnp.arange(memory.plan.targets.shape[1])
         end, way = jax.lax.scan(step, begin, times)
         cubes = jax.vmap(lambda state: cube_poses(env.scene, state)[0])(end)
         placed = cubes[jnp.arange(count), memory.target.cube]
         distances = jnp.linalg.norm(placed - memory.target.pos, axis=-1)
-        return distances, end.diverged, way, memory.plan.length[0]
+        return distances, end.diverged, way
 
-    distances, diverged, way, length = jax.device_get(play(jax.random.key(3)))
-    return Picks(distances, diverged, *(array[:length] for array in way))
+    distances, diverged, (active, *way) = jax.device_get(play(jax.random.key(3)))
+    times, simulations = np.nonzero(active)
+    some = np.linspace(0, len(times) - 1, min(_STATES, len(times)), dtype=int)
+    return Picks(distances, diverged, *(array[times[some], simulations[some]] for array in way))
 
 
 def step_errors(env: CubeEnv, picks: Picks) -> StepErrors:
-    """One control step from each state on the first one's way, here and in C."""
+    """One control step from each state, here and in C."""
     begin = jax.jit(jax.vmap(env.physics.init))(picks.qpos, picks.qvel)
     here = np.asarray(jax.jit(jax.vmap(env.physics.step))(begin, picks.ctrl).qpos)
     there = _in_c(env.scene, picks)
