@@ -159,8 +159,8 @@ def make_updates(
         if len(keys) == 1:
             state, metrics = alone(states[0], keys[0], rows, count)
             return [state], [jax.device_get(metrics)]
-        states, metrics = together(states, rows, count)
-        return states, _unstack(jax.device_get(metrics), len(keys))
+        trained, metrics = together(states, rows, count)
+        return trained, _unstack(jax.device_get(metrics), len(keys))
 
     return updates
 
