@@ -48,9 +48,13 @@ def test_a_hierarchy_over_a_method_has_that_methods_configuration():
     assert paper.low_level_representation == "joints_contacts"
     assert paper.low_discount == pytest.approx(0.96)
     assert cpu.low == dataclasses.replace(
-        paper.low, actor_hidden_sizes=(256,) * 3, value_hidden_sizes=(256,) * 3
+        paper.low,
+        actor_hidden_sizes=(256,) * 3,
+        value_hidden_sizes=(256,) * 3,
+        actor_layer_norm=True,
+        temperature=3.0,
     )
-    assert (cpu.batch_size, cpu.discount) == (256, 0.99)
+    assert (cpu.batch_size, cpu.discount, cpu.target_rate) == (256, 0.99, 0.03)
 
 
 @pytest.mark.parametrize("preset", ["paper", "cpu"])
