@@ -1,5 +1,8 @@
 """OGBench driven as its users drive it: its environments, and its generator of data."""
 
+# mujoco's compiled modules carry no types.
+# pyright: reportAttributeAccessIssue=false
+
 import contextlib
 import importlib
 import warnings

@@ -76,7 +76,8 @@ def step(env: CubeEnv, agent: Agent, params: Params, rollout: Rollout) -> Rollou
     """One control step of the episodes that are not done."""
     states = rollout.states
     act = jax.vmap(partial(action, agent, params), in_axes=(0, 0, 0, None))
-    actions = act(states.obs, states.info["goal"], rollout.act_keys, rollout.time)
+    observations: jax.Array = states.obs  # pyright: ignore[reportAssignmentType]
+    actions = act(observations, states.info["goal"], rollout.act_keys, rollout.time)
     after = jax.vmap(env.step)(states, actions)
     moments = jax.vmap(partial(milestones.moment, env))(after, rollout.start)
     values = jax.vmap(milestones.advance)(rollout.values, moments, states.done == 0)
