@@ -157,13 +157,13 @@ class ParityPolicy:
             for name, *pair in zip(names, *successes, strict=True)
         ]
         ends = ("both succeed", "only pigbench", f"only {peer.NAME}", "neither")
-        header = ("task", *ends, "pigbench", peer.NAME, "p")
+        header = ("task", *ends, "pigbench", peer.NAME, "McNemar's p")
         table = [header, *lines, _pair_line("all tasks", successes)]
         print(markdown_grid(table))
         print(
             f"\nPairs of episodes, and success in each simulator: {run.config.label}, "
             f"{int(state.step):,} updates, {run.config.environment}; physics: "
-            f"{run.config.physics}. p: McNemar's exact test."
+            f"{run.config.physics}. The test is exact."
         )
         _save(self.json, self, {"pairs": table})
 
