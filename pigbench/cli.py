@@ -49,6 +49,7 @@ COMMANDS = {
     "subgoals": Command("subgoals", "SubgoalErrors", "how well a hierarchy reaches its subgoals"),
     "parity": Command("parity", "Parity", "how close the simulations are to OGBench's"),
     "parity data": Command("parity", "ParityData", "how close data are to OGBench's own"),
+    "parity policy": Command("parity", "ParityPolicy", "whether a policy fares as in OGBench's"),
     "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),
     "bench evaluate": Command("bench", "Evaluate", "time evaluation beside OGBench's"),
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),

@@ -10,13 +10,16 @@ import tyro
 
 from pigbench import envs
 from pigbench.errors import UserError
-from pigbench.fidelity import distributions, peer, recording, replay
+from pigbench.fidelity import closed_loop, distributions, peer, recording, replay
+from pigbench.fidelity.closed_loop import Successes
 from pigbench.fidelity.recording import Recording
 from pigbench.fidelity.replay import Errors, Outcomes, Windows
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files
 from pigbench.support.progress import Progress
+from pigbench.training.evaluate import Evaluation
 from pigbench.training.provenance import surroundings
+from pigbench.training.restore import restore
 
 Table = Sequence[tuple[str, ...]]  # header first
 
@@ -123,6 +126,48 @@ class ParityData:
         _save(self.json, self, {"quantities": table})
 
 
+@dataclasses.dataclass(frozen=True)
+class ParityPolicy:
+    """Let a run's policy act in the simulator of the ogbench package, which must be installed, too.
+
+    Each pair of episodes has the same start, goal and draws of the policy.
+    """
+
+    run_folder: tyro.conf.Positional[Path]
+    """Folder of the run."""
+    episodes: int = 60
+    """Pairs of episodes of each task."""
+    seed: int = Evaluation.seed
+    """Seed of scenes and of the policy's draws."""
+    engine: str = dataclasses.field(default_factory=envs.default_engine)
+    """Physics engine."""
+    json: Path | None = None
+    """File for the result as JSON, with machine and versions."""
+
+    def run(self) -> None:
+        """Simulate and print a table."""
+        evaluation = Evaluation(self.episodes, self.seed)
+        run, env, agent, state = restore(self.run_folder, engine=self.engine)
+        total = env.num_tasks * self.episodes
+        with Progress(f"acting in {peer.NAME}", total=total, unit="episodes") as progress:
+            successes = closed_loop.simulate(env, agent, state.params, evaluation, progress.reach)
+        names = [task.name for task in env.spec.tasks]
+        lines = [
+            _pair_line(name, Successes(*pair))
+            for name, *pair in zip(names, *successes, strict=True)
+        ]
+        ends = ("both succeed", "only pigbench", f"only {peer.NAME}", "neither")
+        header = ("task", *ends, "pigbench", peer.NAME, "McNemar's p")
+        table = [header, *lines, _pair_line("all tasks", successes)]
+        print(markdown_grid(table))
+        print(
+            f"\nPairs of episodes, and success in each simulator: {run.config.label}, "
+            f"{int(state.step):,} updates, {run.config.environment}; physics: "
+            f"{run.config.physics}. The test is exact."
+        )
+        _save(self.json, self, {"pairs": table})
+
+
 def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Recording]:
     if episodes < 1:
         raise UserError(f"episodes is {episodes}: it must be at least 1")
@@ -140,7 +185,11 @@ def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Rec
 
 def _save(path: Path | None, command: object, tables: Mapping[str, Table]) -> None:
     if path is not None:
-        settings = {name: value for name, value in vars(command).items() if name != "json"}
+        settings = {
+            name: str(value) if isinstance(value, Path) else value
+            for name, value in vars(command).items()
+            if name != "json"
+        }
         files.write_json(path, {"settings": settings, **tables, **surroundings()})
 
 
@@ -169,6 +218,11 @@ def _outcome_line(outcomes: Outcomes) -> tuple[str, ...]:
         _share(outcomes.grasped == outcomes.grasped_here),
         _share(outcomes.placed == outcomes.placed_here),
     )
+
+
+def _pair_line(name: str, successes: Successes) -> tuple[str, ...]:
+    *counts, p = closed_loop.compare(successes)
+    return (name, *map(str, counts), *map(_share, successes), f"{p:.2g}")
 
 
 def _share(flags: np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""`pigbench subgoals`: how well a trained hierarchy reaches its subgoals, and names them."""
+"""`pigbench subgoals`: how well a trained hierarchy names its subgoals, and reaches them."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -8,6 +8,7 @@ import numpy as np
 import tyro
 
 from pigbench.agents import FlowHierarchy
+from pigbench.analysis import grasps
 from pigbench.analysis.modes import MODES
 from pigbench.analysis.subgoals import Distances, draw, measure
 from pigbench.data import dataset
@@ -23,14 +24,20 @@ _CAPTION = (
     "level's subgoal is at every step the data's state K steps after it, as in training, or it is "
     "fixed where the stretch ends; both levels have that end as their goal."
 )
+_GRASP_CAPTION = (
+    "Distances in mm in x and y from a subgoal's pinch point to the cube: medians and 90th "
+    "percentiles over states of the data after which the gripper takes hold of a cube within K = "
+    "{steps} control steps, with goals more than 2 K ahead, drawn as in training."
+)
 
 
 @dataclasses.dataclass(frozen=True)
 class SubgoalErrors:
-    """Simulate a hierarchy from states of a data set towards what the data reached K steps later.
+    """Ask a hierarchy for subgoals before grasps, and simulate it from states of a data set.
 
-    If the low level comes nowhere near, given the data's own subgoals, it is what fails; if it does
-    so only with the high level above it, the subgoals are off.
+    Given a far goal, subgoals should lie at the cube that the data take up next: the gripper
+    forgives about 20 mm. Simulations go towards what the data reached K steps later. If the low
+    level comes nowhere near, given the data's own subgoals, it is what fails.
     """
 
     run_folder: tyro.conf.Positional[Path]
@@ -40,9 +47,9 @@ class SubgoalErrors:
     out: Path | None = None
     """File for the table; by default `analysis/subgoals.md` in the run's folder."""
     samples: int = 500
-    """Stretches to simulate."""
+    """Stretches to simulate, and states before grasps."""
     seed: int = 0
-    """Seed of the stretches, and of what the policies draw."""
+    """Seed of both, and of what the policies draw."""
 
     def run(self) -> None:
         """Simulate and print the table."""
@@ -59,6 +66,13 @@ class SubgoalErrors:
         header = ("mode", "stretches", "how", *_columns("pinch"), *_columns("cube"))
         grid = markdown_grid([header, *_lines(modes, distances)])
         table = f"{grid}\n\n{_CAPTION.format(steps=steps)}\n"
+        before = grasps.draw(
+            data.split("val"), agent, env.layout, samples=self.samples, seed=self.seed
+        )
+        if len(before.starts):
+            misses = grasps.measure(env, agent, state.params, before, seed=self.seed)
+            grid = markdown_grid([("subgoal", "grasps", *_columns("off")), *_grasp_lines(misses)])
+            table += f"\n{grid}\n\n{_GRASP_CAPTION.format(steps=steps)}\n"
         print(table)
         out = self.out or self.run_folder / "analysis" / "subgoals.md"
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -76,6 +90,13 @@ def _lines(modes: np.ndarray, distances: Mapping[str, Distances]) -> Iterator[tu
         if not chosen.any():
             continue
         for way, apart in distances.items():
-            values = (np.percentile(column[chosen], _PERCENTILES) for column in apart)
-            millimetres = (f"{1e3 * value:.1f}" for pair in values for value in pair)
-            yield mode, str(chosen.sum()), way, *millimetres
+            yield mode, str(chosen.sum()), way, *_millimetres(*(x[chosen] for x in apart))
+
+
+def _grasp_lines(misses: Mapping[str, np.ndarray]) -> Iterator[tuple[str, ...]]:
+    for whose, distances in misses.items():
+        yield whose, str(len(distances)), *_millimetres(distances)
+
+
+def _millimetres(*columns: np.ndarray) -> list[str]:
+    return [f"{1e3 * x:.1f}" for column in columns for x in np.percentile(column, _PERCENTILES)]

@@ -1,11 +1,15 @@
 """OGBench driven as its users drive it: its environments, and its generator of data."""
 
+# mujoco's compiled modules carry no types.
+# pyright: reportAttributeAccessIssue=false
+
 import contextlib
 import importlib
 import warnings
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+import mujoco
 import numpy as np
 
 from pigbench.envs.oracles.noisy import MAX_NOISE, NOISE_SCALE
@@ -34,10 +38,15 @@ class Step(NamedTuple):
 
 def make(environment: str, *, mode: str) -> Any:
     """OGBench's environment; `mode` is "task" or "data_collection"."""
-    with warnings.catch_warnings(action="ignore"):  # of a missing display and of precision
+    with quiet():
         require("ogbench")  # registers its environments
         gymnasium = require("gymnasium")
         return gymnasium.make(f"{environment}-v0", mode=mode, terminate_at_goal=False).unwrapped
+
+
+def quiet() -> contextlib.AbstractContextManager[object]:
+    """Within it OGBench does not warn of a missing display, nor of its spaces' precision."""
+    return warnings.catch_warnings(action="ignore")
 
 
 def oracle(env: Any, policy: str) -> Any:
@@ -66,6 +75,19 @@ def episode(env: Any, policy: str, *, seed: int) -> Iterator[Step]:
         if agent.done:
             observation, info = env.set_new_target(p_stack=stacking)
             agent.reset(observation, info)
+
+
+def place(env: Any, qpos: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Puts the scene at rest at qpos (nq,), its cubes' targets at (num_cubes, 3) metres.
+
+    Returns the observation. The environment must have been reset once.
+    """
+    mujoco.mj_resetData(env.model, env.data)
+    env.data.mocap_pos[env._cube_target_mocap_ids] = targets
+    env.set_state(np.asarray(qpos, float), np.zeros(env.model.nv))
+    mujoco.mj_rnePostConstraint(env.model, env.data)  # contact forces, as after a step
+    env.pre_step()  # without which there is no observation
+    return env.compute_observation()
 
 
 @contextlib.contextmanager

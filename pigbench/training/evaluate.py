@@ -75,14 +75,25 @@ def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
 def step(env: CubeEnv, agent: Agent, params: Params, rollout: Rollout) -> Rollout:
     """One control step of the episodes that are not done."""
     states = rollout.states
-    step_keys = jax.vmap(jax.random.fold_in, in_axes=(0, None))(rollout.act_keys, rollout.time)
-    actions = jax.vmap(lambda o, g, k: agent.act(params, o[None], g[None], k)[0])(
-        states.obs, states.info["goal"], step_keys
-    )
+    act = jax.vmap(partial(action, agent, params), in_axes=(0, 0, 0, None))
+    observations: jax.Array = states.obs  # pyright: ignore[reportAssignmentType]
+    actions = act(observations, states.info["goal"], rollout.act_keys, rollout.time)
     after = jax.vmap(env.step)(states, actions)
     moments = jax.vmap(partial(milestones.moment, env))(after, rollout.start)
     values = jax.vmap(milestones.advance)(rollout.values, moments, states.done == 0)
     return rollout._replace(states=after, values=values, time=rollout.time + 1)
+
+
+def action(
+    agent: Agent,
+    params: Params,
+    observation: jax.Array,
+    goal: jax.Array,
+    key: jax.Array,
+    time: jax.Array,
+) -> jax.Array:
+    """The action (a,) of one episode after `time` steps, whose draws follow from both and `key`."""
+    return agent.act(params, observation[None], goal[None], jax.random.fold_in(key, time))[0]
 
 
 def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evaluator:

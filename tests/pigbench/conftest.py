@@ -1,16 +1,21 @@
-"""Small data sets and run folders, made by hand."""
+"""Small data sets and run folders, made by hand, and a policy that succeeds."""
 
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from pigbench.agents import Statistics
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
+from pigbench.envs.observation import CENTRE, POSITION_SCALE
+from pigbench.envs.oracles import markov
+from pigbench.envs.oracles.targets import Target
 from pigbench.training import episodes
 from pigbench.training import run as runs
 from pigbench.training.episodes import Episode
@@ -87,6 +92,37 @@ def write_run(
     return run
 
 
+class Scripted:
+    """OGBench's Markov oracle as a policy, its gripper action bounded by the parameter."""
+
+    def __init__(self, layout):
+        self.layout = layout
+
+    def act(self, params, observations, goals, key):
+        return jax.vmap(self._act, in_axes=(None, 0, 0))(params, observations, goals)
+
+    def _act(self, bound, observation, goal):
+        def position(values, term):
+            return values[self.layout[term]] / POSITION_SCALE + jnp.array(CENTRE)
+
+        def angle(values, term):
+            cos, sin = values[self.layout[term]]
+            return jnp.arctan2(sin, cos)
+
+        situation = markov.Situation(
+            position(observation, "effector_pos"),
+            angle(observation, "effector_yaw"),
+            observation[self.layout["gripper_contact"]][0],
+            position(observation, "cube_0_pos"),
+            angle(observation, "cube_0_yaw"),
+        )
+        target = Target(
+            jnp.zeros((), jnp.int32), position(goal, "cube_0_pos"), angle(goal, "cube_0_yaw")
+        )
+        action = markov.action(situation, target, markov.Pose(target.pos, target.yaw))
+        return action.at[-1].set(jnp.minimum(action[-1], bound))
+
+
 @pytest.fixture
 def spec() -> Spec:
     return SPEC
@@ -105,6 +141,11 @@ def arrays():
 @pytest.fixture
 def make_run():
     return write_run
+
+
+@pytest.fixture(scope="session")
+def scripted() -> type[Scripted]:
+    return Scripted
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 import shutil
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ from PIL import Image
 from pigbench import cli
 from pigbench.errors import UserError
 from pigbench.training import episodes
+from pigbench.training.milestones import MEASURES
 
 SMALL = ["--episode-length", "31", "--episodes-per-shard", "2"]
 GENERATE = ["generate", "cube-single", "--episodes", "3", "--validation-episodes", "1", *SMALL]
@@ -64,6 +66,7 @@ def test_a_run_has_metrics_checkpoint_and_episodes(run):
     rows = episodes.read(run / "episodes.csv")
     assert {row.step for row in rows} == {0, 2, 4}
     assert len(rows) == 3 * 5
+    assert all(row.measures.keys() == MEASURES.keys() for row in rows)
 
 
 def test_finished_work_is_not_done_again(data, run, capsys):
@@ -86,6 +89,18 @@ def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path):
     rows = last_rows(copy)
     assert list(rows) == [(task, episode) for task in range(1, 6) for episode in (0, 1)]
     assert last_rows(run).items() <= rows.items()
+
+
+def test_a_policy_can_be_held_against_ogbench(run, tmp_path, capsys):
+    file = tmp_path / "pairs.json"
+    cli.run(["parity", "policy", str(run), "--episodes", "1", "--json", str(file)])
+    assert "| all tasks " in capsys.readouterr().out
+    kept = json.loads(file.read_text())
+    assert kept["settings"]["run_folder"] == str(run)
+    header, *tasks, together = kept["pairs"]
+    assert [sum(map(int, line[1:5])) for line in (*tasks, together)] == [1] * 5 + [5]
+    assert together[header.index("neither")] == "5"
+    assert together[5:] == ["0.0 %", "0.0 %", "1"]
 
 
 def test_table_and_plot_need_the_saved_files_only(run, tmp_path, capsys):

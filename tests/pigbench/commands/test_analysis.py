@@ -45,6 +45,8 @@ def test_the_datas_own_actions_lead_to_its_states_and_an_untrained_policy_does_n
     )
     assert max(replayed) < 1  # mm; from its states in single precision
     assert min(led) > 20
+    right, drawn = (float(row[2]) for row in rows if row[0] in ("the data's subgoal", "generated"))
+    assert right < 20 < drawn  # mm; a held cube is nearer
 
 
 @pytest.mark.parametrize("command", ["analyze", "subgoals"])

@@ -36,7 +36,7 @@ def test_data_are_compared_quantity_by_quantity(tmp_path, capsys):
     assert all(80 < float(cell) < 100 for cell in durations[3:5])
 
 
-@pytest.mark.parametrize("command", ["parity", "parity data"])
+@pytest.mark.parametrize("command", ["parity", "parity data", "parity policy any"])
 def test_no_episodes(command):
     with pytest.raises(UserError, match="episodes is 0: it must be at least 1"):
         cli.run([*command.split(), "--episodes", "0"])

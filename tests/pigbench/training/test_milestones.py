@@ -2,16 +2,12 @@
 
 import dataclasses
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from pigbench import envs
 from pigbench.envs.environment import CubeEnv
-from pigbench.envs.observation import CENTRE, POSITION_SCALE
-from pigbench.envs.oracles import markov
-from pigbench.envs.oracles.targets import Target
 from pigbench.training import milestones
 from pigbench.training.evaluate import Evaluation, make_evaluator
 from pigbench.training.milestones import MEASURES, Moment
@@ -90,41 +86,10 @@ def test_of_a_diverged_episode_counts_what_it_reached():
     assert np.isnan(values["final_distance"])
 
 
-class Scripted:
-    """OGBench's Markov oracle as a policy, its gripper action bounded by the parameter."""
-
-    def __init__(self, layout):
-        self.layout = layout
-
-    def act(self, params, observations, goals, key):
-        return jax.vmap(self._act, in_axes=(None, 0, 0))(params, observations, goals)
-
-    def _act(self, bound, observation, goal):
-        def position(values, term):
-            return values[self.layout[term]] / POSITION_SCALE + jnp.array(CENTRE)
-
-        def angle(values, term):
-            cos, sin = values[self.layout[term]]
-            return jnp.arctan2(sin, cos)
-
-        situation = markov.Situation(
-            position(observation, "effector_pos"),
-            angle(observation, "effector_yaw"),
-            observation[self.layout["gripper_contact"]][0],
-            position(observation, "cube_0_pos"),
-            angle(observation, "cube_0_yaw"),
-        )
-        target = Target(
-            jnp.zeros((), jnp.int32), position(goal, "cube_0_pos"), angle(goal, "cube_0_yaw")
-        )
-        action = markov.action(situation, target, markov.Pose(target.pos, target.yaw))
-        return action.at[-1].set(jnp.minimum(action[-1], bound))
-
-
-def test_a_scripted_policy_goes_through_all_stages():
+def test_a_scripted_policy_goes_through_all_stages(scripted):
     single = envs.make("cube-single")
     env = CubeEnv(dataclasses.replace(single.spec, episode_length=120), single.physics)
-    evaluate = make_evaluator(env, Scripted(env.layout), Evaluation(episodes=1, seed=3))
+    evaluate = make_evaluator(env, scripted(env.layout), Evaluation(episodes=1, seed=3))
     placed = evaluate(jnp.asarray(1.0), lambda _: None)
     for measure in MEASURES.values():
         if measure.stage:

@@ -1,0 +1,107 @@
+"""Does a hierarchy that is given a far goal name subgoals at the cube?
+
+From states of the data after which the gripper has taken hold of a cube K steps later, with goals
+much farther ahead, drawn as in training: how far off the cube is the subgoal's pinch point? (Where
+the goal is the state K steps ahead, as in `subgoals`, the answer can be copied from it.)
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench.agents import FlowHierarchy, Params
+from pigbench.analysis.modes import HOLDING, contact_modes, is_position
+from pigbench.data import sampler
+from pigbench.data.dataset import Split
+from pigbench.envs import CubeEnv
+from pigbench.envs.observation import CENTRE, POSITION_SCALE
+
+RESTING = 0.01
+"""Metres in x and y by which a cube may have been moved within the K steps: it is taken up about
+where it lies now, so that a subgoal a little sooner or later is at the same place."""
+
+_DRAWS = 200_000  # of transitions and goals, of which those before grasps are kept
+
+
+class Grasps(NamedTuple):
+    """N states before grasps, and their goals."""
+
+    starts: np.ndarray  # (N, o) observations
+    ahead: np.ndarray  # (N, o) K steps later: a cube is held
+    goals: np.ndarray  # (N, o) more than 2 K steps later
+    cube: np.ndarray  # (N, 2) metres in x and y: where the held cube is K steps later
+
+
+def draw(
+    split: Split, agent: FlowHierarchy, layout: Mapping[str, slice], *, samples: int, seed: int
+) -> Grasps:
+    """Up to `samples` of them, goals drawn as the agent's actor has them in training."""
+    steps = agent.config.subgoal_steps
+    rows = sampler.Rows.from_split(split)
+    drawn = sampler.sample_indices(jax.random.key(seed), rows.episode_ends, agent.sampling, _DRAWS)
+    starts, goals = np.asarray(drawn.starts), np.asarray(drawn.actor_goals)
+    ends = np.asarray(rows.episode_ends)
+    observations = np.asarray(rows.observations)
+    inside = (starts + 2 * steps < goals) & (goals <= ends[np.searchsorted(ends, starts)])
+    starts, goals = starts[inside], goals[inside]
+    modes = contact_modes(observations, layout)
+    taken = (modes[starts] != HOLDING) & (modes[starts + steps] == HOLDING)
+    starts, goals = starts[taken], goals[taken]
+    cube, moved = _held_cube(observations[starts], observations[starts + steps], layout)
+    kept = np.flatnonzero(moved < RESTING)[:samples]
+    starts = starts[kept]
+    return Grasps(
+        observations[starts], observations[starts + steps], observations[goals[kept]], cube[kept]
+    )
+
+
+def measure(
+    env: CubeEnv, agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
+) -> dict[str, np.ndarray]:
+    """Metres in x and y from a subgoal's pinch point to the cube, (N,): the data's, and a draw."""
+    generated = jax.jit(agent.subgoals)(params, grasps.starts, grasps.goals, jax.random.key(seed))
+    subgoals = {
+        "the data's subgoal": agent.represent(jnp.asarray(grasps.ahead)),
+        "generated": generated,
+    }
+    return {
+        name: np.linalg.norm(pinch(env, agent, x)[:, :2] - grasps.cube, axis=-1)
+        for name, x in subgoals.items()
+    }
+
+
+def pinch(env: CubeEnv, agent: FlowHierarchy, subgoals: jax.Array) -> np.ndarray:
+    """The pinch points (N, 3) in metres of subgoals (N, x).
+
+    Where a subgoal does not tell, by the arm's joints, in the simulator's forward kinematics.
+    """
+    x, layout = agent.represent.restore(subgoals), agent.represent.layout
+    if "effector_pos" in layout:
+        return _metres(np.asarray(x[:, layout["effector_pos"]]))
+    home = jnp.asarray(env.scene.home_qpos, jnp.float32)
+    qpos = jax.vmap(home.at[env.scene.arm].set)(x[:, layout["joint_pos"]])
+    return np.asarray(jax.jit(jax.vmap(env.physics.init))(qpos).pinch_pos)
+
+
+def _held_cube(
+    starts: np.ndarray, ahead: np.ndarray, layout: Mapping[str, slice]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the cube nearest to the pinch point of `ahead` is there, and how far from at `starts`.
+
+    In x and y, (N, 2) and (N,) metres.
+    """
+    places = [part for term, part in layout.items() if is_position(term)]
+    before, after = (
+        _metres(np.stack([states[:, part] for part in places])) for states in (starts, ahead)
+    )
+    apart = np.linalg.norm(after - _metres(ahead[:, layout["effector_pos"]]), axis=-1)
+    held = apart.argmin(axis=0), np.arange(len(ahead))
+    cube = after[held][:, :2]
+    return cube, np.linalg.norm(cube - before[held][:, :2], axis=-1)
+
+
+def _metres(positions: np.ndarray) -> np.ndarray:
+    return positions / POSITION_SCALE + np.array(CENTRE)

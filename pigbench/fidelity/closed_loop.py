@@ -1,0 +1,81 @@
+"""A policy in OGBench's simulator and in ours, from the same starts to the same goals."""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import numpy as np
+from scipy import stats
+
+from pigbench.agents import Agent, Params
+from pigbench.envs import CubeEnv
+from pigbench.envs.physics import PhysicsState
+from pigbench.fidelity import peer
+from pigbench.training import evaluate
+from pigbench.training.evaluate import Evaluation, Report, make_evaluator
+
+
+class Successes(NamedTuple):
+    """Which episodes succeeded, arrays (tasks, episodes) bool; a pair has one start and goal."""
+
+    ours: np.ndarray
+    theirs: np.ndarray
+
+
+class Comparison(NamedTuple):
+    """How many pairs ended how, and how probable so uneven a split is by chance alone."""
+
+    both: int
+    only_ours: int
+    only_theirs: int
+    neither: int
+    p: float
+
+
+def simulate(
+    env: CubeEnv, agent: Agent, params: Params, evaluation: Evaluation, report: Report
+) -> Successes:
+    """The evaluation's episodes in both simulators; the policy draws from the same keys in both.
+
+    `report` is told how many episodes OGBench's simulator, much the slower, has done.
+    """
+    ours = make_evaluator(env, agent, evaluation)(params, lambda _: None)["success"]
+    rollout = jax.jit(partial(evaluate.begin, env, evaluation))()
+    starts: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
+    qpos, target, goals = jax.device_get(
+        (starts.qpos, rollout.states.info["target"], rollout.states.info["goal"])
+    )
+    act = jax.jit(partial(evaluate.action, agent))
+    simulator = peer.make(env.spec.name, mode="task")
+    with peer.quiet():
+        simulator.reset(seed=evaluation.seed, options={"task_id": 1})  # compiles its model
+
+    def succeeds(number: int) -> bool:
+        observation = peer.place(simulator, qpos[number], target[number])
+        key, goal = rollout.act_keys[number], goals[number]
+        for time in range(env.episode_length):
+            action = act(params, np.float32(observation), goal, key, time)
+            observation, _, _, _, info = simulator.step(np.asarray(action))
+            if info["success"]:
+                return True
+        return False
+
+    theirs = np.zeros(ours.size, bool)
+    for number in range(ours.size):
+        theirs[number] = succeeds(number)
+        report(number + 1)
+    return Successes(ours, theirs.reshape(ours.shape))
+
+
+def compare(successes: Successes) -> Comparison:
+    """The counts, and the p-value of McNemar's exact test."""
+    ours, theirs = successes
+    only_ours, only_theirs = int((ours & ~theirs).sum()), int((theirs & ~ours).sum())
+    unlike = only_ours + only_theirs
+    return Comparison(
+        both=int((ours & theirs).sum()),
+        only_ours=only_ours,
+        only_theirs=only_theirs,
+        neither=int((~ours & ~theirs).sum()),
+        p=float(stats.binomtest(only_ours, unlike).pvalue) if unlike else 1.0,
+    )
