@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from pigbench import seeds
 from pigbench.agents import Agent, Params, Regularizer
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.regularizers import eikonal_residual, hjb_residual
@@ -43,7 +44,7 @@ def measure(
     """
     batches = -(-samples // _BATCH)
     measured = [
-        _measure_batch(agent, params, rows, jax.random.fold_in(jax.random.key(seed), number))
+        _measure_batch(agent, params, rows, jax.random.fold_in(seeds.key(seed), number))
         for number in range(batches)
     ]
     states, *columns = (np.concatenate(parts)[:samples] for parts in zip(*measured, strict=True))

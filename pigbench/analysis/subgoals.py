@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from pigbench import seeds
 from pigbench.agents import FlowHierarchy, Params
 from pigbench.analysis.modes import contact_modes, is_position
 from pigbench.data.dataset import Split
@@ -54,7 +55,7 @@ def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
     begins = np.flatnonzero(np.arange(len(terminals)) + 2 * steps <= last)
     if not len(begins):
         raise UserError(f"{split.folder} has no episode of {2 * steps} transitions, twice K")
-    rows = np.asarray(jax.random.choice(jax.random.key(seed), begins, (samples,)))
+    rows = np.asarray(jax.random.choice(seeds.key(seed), begins, (samples,)))
     stretches = rows + np.arange(steps)[:, None]
     observations = split.concatenate("observations")
     return Stretches(
@@ -75,7 +76,7 @@ def measure(
     actions = jnp.asarray(stretches.actions)
 
     def key(time: jax.Array) -> jax.Array:
-        return jax.random.fold_in(jax.random.key(seed), time)
+        return jax.random.fold_in(seeds.key(seed), time)
 
     ways: dict[str, Way] = {
         REPLAYED: lambda states, time: actions[time],

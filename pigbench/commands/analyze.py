@@ -13,6 +13,7 @@ from pigbench.data import dataset
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
 from pigbench.report.formats import markdown_grid
+from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.training.restore import restore
 
@@ -48,7 +49,7 @@ class Analyze:
     """Folder for the table and the figure; by default `analysis` in the run's."""
     samples: int = 20_000
     """Transitions to measure."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the transitions and of their goals."""
 
     def run(self) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import tyro
 
 from pigbench import envs
+from pigbench.seeds import Seed
 from pigbench.support.progress import Progress
 from pigbench.training import episodes
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
@@ -23,7 +24,7 @@ class Evaluate:
     """Folder of the run."""
     episodes: int = Evaluation.episodes
     """Episodes of each task."""
-    seed: int = Evaluation.seed
+    seed: Seed = Evaluation.seed
     """Seed of scenes and of the policy's draws."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""

@@ -13,6 +13,7 @@ from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import POLICIES
 from pigbench.errors import UserError, lookup
+from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
 from pigbench.training.provenance import package_versions
 
@@ -35,7 +36,7 @@ class Generate:
     """Episodes of the training split."""
     validation_episodes: int | None = None
     """Episodes of the validation split; a tenth of the training split by default."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of every random number."""
     episode_length: int = 1001
     """Rows of an episode."""

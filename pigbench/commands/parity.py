@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import tyro
 
-from pigbench import envs
+from pigbench import envs, seeds
 from pigbench.errors import UserError
 from pigbench.fidelity import closed_loop, distributions, peer, recording, replay
 from pigbench.fidelity.closed_loop import Successes
 from pigbench.fidelity.recording import Recording
 from pigbench.fidelity.replay import Errors, Outcomes, Windows
 from pigbench.report.formats import markdown_grid
+from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.progress import Progress
 from pigbench.training.evaluate import Evaluation
@@ -52,7 +53,7 @@ class Parity:
     """Scripted policy of OGBench's: play or noisy."""
     episodes: int = 20
     """Episodes of 1,000 control steps."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the episodes."""
     engine: tuple[str, ...] = dataclasses.field(default_factory=lambda: (envs.default_engine(),))
     """Physics engines."""
@@ -97,7 +98,7 @@ class ParityData:
     """Scripted policies."""
     episodes: int = 20
     """Episodes of 1,000 control steps, of each."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the episodes."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
@@ -171,6 +172,7 @@ class ParityPolicy:
 def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Recording]:
     if episodes < 1:
         raise UserError(f"episodes is {episodes}: it must be at least 1")
+    seeds.check(seed + episodes - 1)  # one seed an episode
     total = episodes * _EPISODE_LENGTH
     with Progress(f"recording {policy}", total=total, unit="control steps") as progress:
         return recording.record(

@@ -9,12 +9,13 @@ import jax
 import numpy as np
 import tyro
 
-from pigbench import envs
+from pigbench import envs, seeds
 from pigbench.data import dataset
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.errors import UserError, lookup, unknown_name
+from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
 from pigbench.training.evaluate import Evaluation
@@ -57,7 +58,7 @@ class Render:
     """Task, from 1; by default the first for a picture, and all for a film."""
     episodes: int = 1
     """Episodes of each task in a film."""
-    seed: int = Evaluation.seed
+    seed: Seed = Evaluation.seed
     """Seed of the scene, or of the evaluation."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
@@ -78,7 +79,7 @@ class Render:
         pictures.check_path(self.out, ".png")
         env = envs.make(self.source, engine=self.engine)
         task = _task(env, 1 if self.task is None else self.task)
-        state = jax.jit(env.reset_task)(jax.random.key(self.seed), task)
+        state = jax.jit(env.reset_task)(seeds.key(self.seed), task)
         physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
         qpos, goal = np.asarray(physics_state.qpos), np.asarray(state.info["target"])
         with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:

@@ -14,6 +14,7 @@ from pigbench.analysis.subgoals import Distances, draw, measure
 from pigbench.data import dataset
 from pigbench.errors import UserError
 from pigbench.report.formats import markdown_grid
+from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.training.restore import restore
 
@@ -48,7 +49,7 @@ class SubgoalErrors:
     """File for the table; by default `analysis/subgoals.md` in the run's folder."""
     samples: int = 500
     """Stretches to simulate, and states before grasps."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of both, and of what the policies draw."""
 
     def run(self) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pigbench.errors import UserError, lookup
 from pigbench.report import canvas
+from pigbench.seeds import Seed, check
 from pigbench.support import files
 from pigbench.support.progress import Progress
 from pigbench.toy import EXAMPLES, errors, figures
@@ -26,7 +27,7 @@ class Toy:
     """hybrid (an object that moves only when held) or anisotropy (speed depends on direction)."""
     seeds: int = 5
     """How many seeds; means and standard deviations are over them."""
-    seed: int = 0
+    seed: Seed = 0
     """The first of them."""
     settings: Settings = dataclasses.field(default_factory=Settings)
     """Fits."""
@@ -35,6 +36,7 @@ class Toy:
         lookup("example", EXAMPLES, self.example)
         if self.seeds < 1:
             raise UserError(f"seeds is {self.seeds}: it must be at least 1")
+        check(self.seed + self.seeds - 1)
 
     def run(self) -> None:
         """Fit, print the table and write the files."""

@@ -15,6 +15,7 @@ from pigbench.data import dataset
 from pigbench.data.dataset import Dataset
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
+from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
 from pigbench.training.evaluate import Evaluation
 from pigbench.training.provenance import provenance
@@ -45,9 +46,9 @@ class Train:
     """Preset of hyper-parameters: paper, or cpu for networks that two cores can train."""
     variant: str = ""
     """Name of these hyper-parameters, which tables and plots add to the method's."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of initial parameters, batches and updates."""
-    seeds: tuple[int, ...] = ()
+    seeds: tuple[Seed, ...] = ()
     """Several seeds instead, each a run in a folder of its own within --out."""
     vectorized: bool = False
     """Train the seeds together, in one program, rather than one after another."""

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from pigbench import seeds
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs import CubeEnv
@@ -41,7 +42,7 @@ def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> N
     with Progress("generate", total=total, unit="transitions", done=total - remaining) as progress:
         for shard in missing:
             place = np.arange(spec.episodes_per_shard)
-            shard_key = jax.random.fold_in(jax.random.key(spec.seed), shard.number)
+            shard_key = jax.random.fold_in(seeds.key(spec.seed), shard.number)
             keys = jax.vmap(partial(jax.random.fold_in, shard_key))(place)
             simulations = begin_all(keys, place >= shard.episodes)
             chunks = []

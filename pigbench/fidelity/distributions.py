@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import stats
 
+from pigbench import seeds
 from pigbench.data import collect
 from pigbench.data.collect import Simulation
 from pigbench.envs import CubeEnv, workspace
@@ -141,5 +142,5 @@ def simulate(
         )
         return jax.lax.scan(lambda batch, _: jax.vmap(step)(batch), simulations, length=steps)[1]
 
-    rows = jax.device_get(run(jax.random.split(jax.random.key(seed), episodes)))
+    rows = jax.device_get(run(jax.random.split(seeds.key(seed), episodes)))
     return [jax.tree.map(lambda x: x[:, number], rows) for number in range(episodes)]  # noqa: B023

@@ -9,6 +9,7 @@ import numpy as np
 from pigbench.errors import UserError, lookup
 from pigbench.report import bootstrap, measures, stats
 from pigbench.report.stats import Estimate, Result
+from pigbench.seeds import Seed
 from pigbench.training.episodes import Episode
 from pigbench.training.milestones import MEASURES, Measure
 
@@ -48,7 +49,7 @@ class Scoring:
     """Which evaluations count: last, last-three (averaged) or best (of the mean over seeds)."""
     over: str = "environments"
     """What a run gives a number for when environments are pooled: environments or tasks."""
-    bootstrap_seed: int = 0
+    bootstrap_seed: Seed = 0
     """Seed of the bootstrap, which makes the intervals."""
 
     def __post_init__(self) -> None:

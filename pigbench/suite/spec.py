@@ -11,6 +11,7 @@ from typing import Any
 import pydantic
 
 from pigbench.errors import UserError
+from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.compare import flatten
 
@@ -38,7 +39,7 @@ class Data:
 
     policy: str = "play"
     physics: str = "exact"
-    seed: int = 0
+    seed: Seed = 0
     validation_episodes: int | None = None
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
@@ -60,7 +61,7 @@ class Suite:
 
     environments: tuple[Environment, ...]
     methods: tuple[str, ...]
-    seeds: tuple[int, ...]
+    seeds: tuple[Seed, ...]
     evaluation: Evaluation
     preset: str = "paper"
     data: Data = field(default_factory=Data)

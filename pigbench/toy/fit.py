@@ -11,6 +11,7 @@ import optax
 from pigbench.agents.config import require
 from pigbench.agents.networks import MLP
 from pigbench.agents.regularizers import Regularizer
+from pigbench.seeds import key as seed_key
 from pigbench.toy.problem import Mode
 
 LOSSES: Mapping[str, Regularizer] = {
@@ -65,7 +66,7 @@ def fit(
     many updates more are done.
     """
     optimizer = optax.adam(optax.cosine_decay_schedule(settings.learning_rate, settings.steps))
-    keys = jnp.stack([jax.random.key(seed) for seed in seeds])
+    keys = jnp.stack([seed_key(seed) for seed in seeds])
 
     def init(key: jax.Array) -> tuple[Any, optax.OptState]:
         params = _network(settings).init(jax.random.fold_in(key, 0), jnp.zeros((1, 3)))

@@ -9,10 +9,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from pigbench import seeds
 from pigbench.agents import Agent, Params
 from pigbench.envs import CubeEnv, State
 from pigbench.envs.physics import PhysicsState, warn_of_overflow
 from pigbench.errors import UserError
+from pigbench.seeds import Seed
 from pigbench.training import milestones
 from pigbench.training.episodes import Episode
 from pigbench.training.milestones import MEASURES, Value, Values
@@ -25,11 +27,12 @@ class Evaluation:
     """How a policy is evaluated: `episodes` episodes of every task, from their own seed."""
 
     episodes: int = 10
-    seed: int = 0
+    seed: Seed = 0
 
     def __post_init__(self) -> None:
         if self.episodes < 1:
             raise UserError(f"episodes is {self.episodes}: it must be at least 1")
+        seeds.check(self.seed)
 
 
 Outcome = Mapping[str, np.ndarray]  # by measure of `milestones`, (tasks, episodes)
@@ -57,7 +60,7 @@ def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
     tasks += 1
 
     def keys(task: jax.Array, episode: jax.Array) -> tuple[jax.Array, jax.Array]:
-        task_key = jax.random.fold_in(jax.random.key(evaluation.seed), task)
+        task_key = jax.random.fold_in(seeds.key(evaluation.seed), task)
         reset_key, act_key = jax.random.split(jax.random.fold_in(task_key, episode))
         return reset_key, act_key
 

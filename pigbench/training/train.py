@@ -13,7 +13,7 @@ from typing import TypeVar
 import jax
 import jax.numpy as jnp
 
-from pigbench import agents
+from pigbench import agents, seeds
 from pigbench.agents import Agent, Metrics, TrainState
 from pigbench.data import sampler
 from pigbench.data.sampler import Rows
@@ -62,7 +62,7 @@ def train(
 
     The runs differ in their seeds alone, and are trained together, in one program.
     """
-    keys = [jax.random.split(jax.random.key(run.config.seed)) for run in runs]
+    keys = [jax.random.split(seeds.key(run.config.seed)) for run in runs]
     evaluator = make_evaluator(env, agent, evaluation)
     updates = make_updates(agent, [step_key for _, step_key in keys])
     with contextlib.ExitStack() as stack:

@@ -1,0 +1,38 @@
+"""Seeds, and the random keys that follow from them."""
+
+from typing import Annotated
+
+import jax
+import pydantic
+from tyro.constructors import PrimitiveConstructorSpec
+
+from pigbench.errors import UserError
+
+LARGEST = 2**32 - 1
+"""Of a larger one JAX would take the last 32 bits alone."""
+
+
+def check(seed: int) -> int:
+    """The seed itself. Raises UserError unless it is one of 0 to `LARGEST`."""
+    if not 0 <= seed <= LARGEST:
+        raise UserError(f"seed is {seed}: it must be from 0 to {LARGEST}")
+    return seed
+
+
+def key(seed: int) -> jax.Array:
+    """The random key of a seed: Threefry's, whatever JAX's default is."""
+    return jax.random.key(check(seed), impl="threefry2x32")
+
+
+Seed = Annotated[
+    int,
+    pydantic.AfterValidator(check),
+    PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="INT",
+        instance_from_str=lambda words: check(int(words[0])),
+        is_instance=lambda value: isinstance(value, int),
+        str_from_instance=lambda seed: [str(seed)],
+    ),
+]
+"""A seed as a field: command lines and suite files that hold another are refused."""

@@ -1,0 +1,37 @@
+"""What XLA is told before JAX starts."""
+
+import importlib.metadata
+import os
+import sys
+import warnings
+
+FAULTY = ("0.10.2", "0.11.0")
+"""The jaxlibs whose fused reductions on a CPU are wrong or crash (jax-ml/jax#39103, #39257)."""
+
+_FUSION = "--xla_cpu_experimental_ynn_fusion_type"
+_CURE = f"{_FUSION}=-reduce"
+
+
+def avoid_wrong_sums() -> None:
+    """Switch the faulty fusion off in `XLA_FLAGS`, unless those say something about it.
+
+    XLA reads them once: where JAX runs already, nothing can be switched, and a warning says so.
+    """
+    version = importlib.metadata.version("jaxlib")
+    flags = os.environ.get("XLA_FLAGS", "")
+    if version not in FAULTY or _FUSION in flags:
+        return
+    if _jax_runs():
+        # The flag must not be set now: JAX would file wrong programs under it in its cache.
+        warnings.warn(
+            f"jaxlib {version} computes some sums wrongly on a CPU, and JAX ran before pigbench "
+            f"could tell it not to: import pigbench first, or set XLA_FLAGS={_CURE}",
+            stacklevel=3,
+        )
+        return
+    os.environ["XLA_FLAGS"] = f"{flags} {_CURE}".strip()
+
+
+def _jax_runs() -> bool:
+    bridge = sys.modules.get("jax._src.xla_bridge")
+    return bridge is not None and bridge.backends_are_initialized()
