@@ -20,28 +20,35 @@ import tyro
 
 from pigbench import opengl, plugins
 from pigbench.errors import UserError, lookup
+from pigbench.support import interrupts
 
 
 class Command(NamedTuple):
-    """Where a command's class is, imported when it is chosen, and what it does."""
+    """Where a command's class is, imported when it is chosen, and what it does.
+
+    One that `resumes` goes on, when it is run again, where it was cut off; others begin anew.
+    """
 
     module: str
     kind: str
     summary: str
+    resumes: bool = False
 
 
 COMMANDS = {
     "list": Command("listing", "List", "environments or methods by name"),
-    "generate": Command("generate", "Generate", "collect an offline data set"),
+    "generate": Command("generate", "Generate", "collect an offline data set", resumes=True),
     "data info": Command("data", "Info", "what a data set holds"),
     "data verify": Command("data", "Verify", "find torn or altered files of a data set"),
     "data export": Command("data", "Export", "write a data set for OGBench's loaders"),
-    "data import": Command("data", "Import", "make a data set of OGBench's files"),
+    "data import": Command("data", "Import", "make a data set of OGBench's files", resumes=True),
     "data render": Command("render", "RenderData", "an episode of a data set as a film"),
-    "train": Command("train", "Train", "train one method, with one seed or several"),
+    "train": Command("train", "Train", "train one method, with one seed or several", resumes=True),
     "evaluate": Command("evaluate", "Evaluate", "roll out a trained policy on every task"),
     "table": Command("report", "Table", "success rates of runs as a table"),
-    "suite": Command("suite", "RunSuite", "environments x methods x seeds as one job"),
+    "suite": Command(
+        "suite", "RunSuite", "environments x methods x seeds as one job", resumes=True
+    ),
     "suite status": Command("suite", "SuiteStatus", "how far a suite is"),
     "plot": Command("report", "Plot", "curves, bars, boxes or profiles of runs as a picture"),
     "render": Command("render", "Render", "a task as a picture, a policy's episodes as a film"),
@@ -59,22 +66,26 @@ COMMANDS = {
     "toy": Command("toy", "Toy", "fit a known cost-to-go under each regulariser"),
 }
 USAGE_ERROR = 2
-INTERRUPTED = 130
 
 
 def main() -> None:
     """Run the command of `sys.argv`; the exit status is 2 for a user's error."""
     warnings.formatwarning = _format_warning
-    try:
-        run(sys.argv[1:])
-    except UserError as error:
-        print(f"pigbench: {error}", file=sys.stderr)
-        sys.exit(USAGE_ERROR)
-    except KeyboardInterrupt:
-        print("pigbench: interrupted; run the same command again to go on", file=sys.stderr)
-        sys.exit(INTERRUPTED)
-    except BrokenPipeError:
-        sys.stderr.close()
+    with interrupts.leaving_at_once(_farewell):
+        try:
+            run(sys.argv[1:])
+        except UserError as error:
+            print(f"pigbench: {error}", file=sys.stderr)
+            sys.exit(USAGE_ERROR)
+        except BrokenPipeError:
+            sys.stderr.close()
+
+
+def _farewell() -> str:
+    """What an interrupted command says."""
+    command = COMMANDS.get(_named(sys.argv[1:]) or "")
+    how = "go on" if command is not None and command.resumes else "begin anew"
+    return f"pigbench: interrupted; run the same command again to {how}"
 
 
 def _format_warning(message: Warning | str, *_: object) -> str:
@@ -113,15 +124,20 @@ def _take_plugins(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
 
 def _choose(arguments: Sequence[str]) -> tuple[str, list[str]]:
     """The command's name, of one word or two, and the arguments after it."""
-    for words in (2, 1):
-        name = " ".join(arguments[:words])
-        if name in COMMANDS:
-            return name, list(arguments[words:])
+    name = _named(arguments)
+    if name is not None:
+        return name, list(arguments[len(name.split()) :])
     asked = " ".join(word for word in arguments[:2] if not word.startswith("-"))
     if asked and not any(name.split()[0] == asked for name in COMMANDS):
         lookup("command", COMMANDS, asked)
     print(_overview())
     sys.exit(0)
+
+
+def _named(arguments: Sequence[str]) -> str | None:
+    """The command whose name of two words, or else of one, comes first; None if none does."""
+    names = (" ".join(arguments[:words]) for words in (2, 1))
+    return next((name for name in names if name in COMMANDS), None)
 
 
 def _cache_compilations() -> None:

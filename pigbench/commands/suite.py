@@ -3,7 +3,6 @@
 import dataclasses
 import itertools
 import os
-import signal
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -68,7 +67,6 @@ class RunSuite:
         if self.dry_run:
             _print_plan(suite, self.out, estimate.estimate(suite, configs, self.out), self.jobs)
             return
-        signal.signal(signal.SIGTERM, _stop)
         with only_writer(self.out):
             spec.write(self.out / KEPT, suite)
             failed = _generate(suite, self.out)
@@ -90,11 +88,6 @@ class SuiteStatus:
     def run(self) -> None:
         """Print a line a cell."""
         _print_status(spec.read_kept(self.out / KEPT), self.out)
-
-
-def _stop(number: int, _: object) -> None:
-    """Ends this process as the signal would, but not before the trainings are told to end too."""
-    sys.exit(128 + number)
 
 
 def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:

@@ -3,7 +3,9 @@
 import csv
 import io
 import json
+import os
 import shutil
+import signal
 import sys
 from pathlib import Path
 
@@ -158,6 +160,25 @@ def test_bad_input_gets_one_clear_line_and_status_2(arguments, says, tmp_path, m
     assert error.startswith("pigbench: ")
     assert error.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", cli.COMMANDS)
+def test_an_interrupted_command_says_what_running_it_again_does(name, monkeypatch, capsys):
+    def interrupt(arguments):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def leave(status):
+        raise SystemExit(status)
+
+    monkeypatch.setattr(cli, "run", interrupt)
+    monkeypatch.setattr(os, "_exit", leave)
+    monkeypatch.setattr(sys, "argv", ["pigbench", *name.split(), "--out", "x"])
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    assert stop.value.code == 130
+    then = "go on" if name in ("generate", "data import", "train", "suite") else "begin anew"
+    expected = f"pigbench: interrupted; run the same command again to {then}\n"
+    assert capsys.readouterr().err == expected
 
 
 def test_a_torn_data_set_is_named(data, tmp_path):
