@@ -193,7 +193,19 @@ def _caption(
 
 def _how(results: Sequence[Result], scoring: Scoring) -> str:
     profiles = sorted({result.run.config.physics for result in results})
-    return f"{scoring.wording}; physics: {', '.join(profiles)}"
+    return f"{scoring.wording}; physics: {', '.join(profiles)}{_goals(results)}"
+
+
+def _goals(results: Sequence[Result]) -> str:
+    """What methods were told of goals, where it is not the same whole state for all."""
+    told = {result.run.config.label: result.run.config.goals for result in results}
+    kinds = sorted(set(told.values()))
+    if kinds == ["state"]:
+        return ""
+    if len(kinds) == 1:
+        return f"; goals: {kinds[0]}"
+    methods = {kind: sorted(label for label in told if told[label] == kind) for kind in kinds}
+    return "; goals: " + ", ".join(f"{kind} ({', '.join(methods[kind])})" for kind in kinds)
 
 
 def _bold_means(estimates: Mapping[Label, Estimate], *, line: str) -> str:

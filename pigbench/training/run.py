@@ -55,6 +55,11 @@ class RunConfig:
     variant: str = ""
 
     @property
+    def goals(self) -> str:
+        """What the agent's networks see of a goal; before there was a choice, the whole state."""
+        return self.agent.get("goals", "state")
+
+    @property
     def label(self) -> str:
         """The method's name in tables and plots, with the variant if it has one."""
         return f"{self.method} ({self.variant})" if self.variant else self.method

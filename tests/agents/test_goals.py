@@ -2,11 +2,15 @@
 
 import dataclasses
 
+import gymnasium
 import jax
 import numpy as np
+import ogbench  # noqa: F401  registers its environments
 import pytest
+from ogbench.relabel_utils import add_oracle_reps
 
-from pigbench import agents
+from pigbench import agents, envs
+from pigbench.agents.representations import GOALS, Representation
 from pigbench.errors import UserError
 
 SMALL = {"actor_hidden_sizes": (16,), "value_hidden_sizes": (16,)}
@@ -65,3 +69,23 @@ def test_a_quasimetric_may_be_the_low_level_of_a_hierarchy_told_of_cubes(build):
 def test_unknown_goals_are_refused():
     with pytest.raises(UserError, match="unknown goals 'cube': did you mean 'cubes'"):
         agents.AgentConfig(goals="cube")
+
+
+@pytest.mark.parametrize("name", ["cube-single", "cube-double"])
+def test_cubes_are_ogbenchs_oracle_representation(name):
+    """Of the same states: those of its environment, and those that its loader makes of rows."""
+    theirs = gymnasium.make(f"{name}-v0", use_oracle_rep=True)
+    ours = envs.make(name)
+    represent = Representation("cubes", ours.layout, table=GOALS)
+    theirs.reset(seed=0)
+    rows: dict[str, list[np.ndarray]] = {"observations": [], "qpos": []}
+    for action in np.random.default_rng(0).uniform(-1, 1, (3, 5)):
+        observation, *_ = theirs.step(action)
+        rows["observations"].append(observation)
+        rows["qpos"].append(theirs.unwrapped._data.qpos.copy())
+    arrays = {field: np.array(values, np.float32) for field, values in rows.items()}
+    add_oracle_reps(name, theirs, arrays)
+    goals = np.asarray(represent(arrays["observations"]))
+    np.testing.assert_allclose(goals, arrays["oracle_reps"], atol=1e-5)
+    last = theirs.unwrapped.compute_oracle_observation()
+    np.testing.assert_allclose(goals[-1], last, atol=1e-5)

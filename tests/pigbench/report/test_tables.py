@@ -1,5 +1,6 @@
 import pytest
 
+from pigbench.errors import UserError
 from pigbench.report import stats, tables
 from pigbench.report.scoring import Scoring
 from pigbench.training import episodes
@@ -180,3 +181,33 @@ def test_the_final_distance_is_that_of_episodes_with_an_end(tmp_path, make_run):
     estimates = tables.milestone_table(stats.read_results([run])).estimates
     assert estimates["cube-single gcivl", "final (cm)"].value == pytest.approx(10)
     assert estimates["cube-single gcivl", "diverged"].value == pytest.approx(100 / 3)
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({}, "(last evaluation; physics: exact)"),
+        ({"gcivl": "cubes", "qrl": "cubes"}, "(last evaluation; physics: exact; goals: cubes)"),
+        ({"gcivl": "cubes"}, "exact; goals: cubes (gcivl), state (qrl))"),
+    ],
+)
+def test_the_caption_says_what_methods_were_told_of_goals(tmp_path, make_run, told, said):
+    runs = [
+        make_run(
+            tmp_path / method,
+            {1: [[1]]},
+            method=method,
+            agent={"goals": told[method]} if method in told else {},
+        )
+        for method in ("gcivl", "qrl")
+    ]
+    assert said in tables.method_table(stats.read_results(runs)).caption
+
+
+def test_goals_of_two_kinds_do_not_share_a_cell(tmp_path, make_run):
+    runs = [
+        make_run(tmp_path / goals, {1: [[1]]}, seed=seed, agent={"goals": goals})
+        for seed, goals in enumerate(("state", "cubes"))
+    ]
+    with pytest.raises(UserError, match="goals"):
+        tables.method_table(stats.read_results(runs))
