@@ -3,6 +3,7 @@
 `terminals` is true on an episode's last row: where it is false, rows i and i + 1 are a transition.
 """
 
+import errno
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -54,7 +55,9 @@ def read(folder: Path, record: ShardRecord, field: str) -> np.ndarray:
     path = folder / record.name / file_name(field)
     try:
         return np.load(path, mmap_mode="r")
-    except (OSError, ValueError, EOFError):
+    except (OSError, ValueError, EOFError) as error:
+        if getattr(error, "errno", None) == errno.EMFILE:
+            raise UserError(f"{path} is one open file too many: raise `ulimit -n`") from None
         raise UserError(f"{path} is torn: no array can be read from it") from None
 
 

@@ -9,6 +9,7 @@ import errno
 import hashlib
 import json
 import os
+import resource
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -119,6 +120,13 @@ def sha256(path: Path) -> str:
     """The SHA-256 of the content of `path`, in hexadecimal."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def allow_many_open() -> None:
+    """Lets this process have as many files open as the system permits: often but 1,024 to begin."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with contextlib.suppress(ValueError, OSError):  # some systems permit less than they say
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
 def remove_folder(path: Path) -> None:
