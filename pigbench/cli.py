@@ -60,6 +60,7 @@ COMMANDS = {
     "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),
     "bench evaluate": Command("bench", "Evaluate", "time evaluation beside OGBench's"),
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),
+    "bench rows": Command("bench", "Rows", "time training from rows on the device and on the disk"),
     "bench scale": Command("scaling", "Scale", "time steps over numbers of simulations and cubes"),
     "bench memory": Command("scaling", "Memory", "what a control step needs of a device's memory"),
     "bench device": Command("device", "Device", "measure the accelerator at hand, in minutes"),

@@ -2,10 +2,13 @@
 
 The manifest is the file `manifest.json` of a data set's folder. It holds no time stamps, and its
 shards are in the order of the plan whatever order they were written in: same data, same bytes.
+While a data set is being written, `shards.jsonl` beside it tells of further finished shards, a line
+each: a manifest written anew for every shard would cost the square of their number.
 """
 
 import dataclasses
 import itertools
+import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +18,7 @@ from pigbench.support import files
 
 FORMAT = 1
 FILE_NAME = "manifest.json"
+JOURNAL = "shards.jsonl"
 
 
 class Shard(NamedTuple):
@@ -126,8 +130,14 @@ class Manifest:
 
 
 def write(folder: Path, manifest: Manifest) -> None:
-    """Replaces the manifest of the data set in `folder`."""
+    """Replaces the manifest of the data set in `folder`, and what else tells of its shards."""
     files.write_json(folder / FILE_NAME, {"format": FORMAT, **dataclasses.asdict(manifest)})
+    (folder / JOURNAL).unlink(missing_ok=True)
+
+
+def add(folder: Path, record: ShardRecord) -> None:
+    """Adds a finished shard to the data set in `folder`, at a cost that is always the same."""
+    files.append_line(folder / JOURNAL, json.dumps(dataclasses.asdict(record)))
 
 
 def read(folder: Path) -> Manifest:
@@ -145,10 +155,12 @@ def read(folder: Path) -> Manifest:
     if version != FORMAT:
         raise UserError(f"{path} has format {version!r}; this version reads format {FORMAT}")
     try:
-        return Manifest(
+        manifest = Manifest(
             spec=_spec(content["spec"]),
             shards=tuple(_shard_record(shard) for shard in content["shards"]),
         )
+        added = [_shard_record(shard) for shard in _journal(folder)]
+        return manifest.with_shards([*manifest.shards, *added]) if added else manifest
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(f"{path} is torn: {error}") from None
 
@@ -180,6 +192,13 @@ def describe(manifest: Manifest) -> str:
         lines[f"  {name}"] = f"[{stop - size}:{stop}]"
     width = max(map(len, lines))
     return "\n".join(f"{name:<{width}}  {text}" for name, text in lines.items())
+
+
+def _journal(folder: Path) -> list[Mapping[str, Any]]:
+    """What was added; a line that a crash cut off, the last one, is left out."""
+    path = folder / JOURNAL
+    text = files.read_text(path) if path.exists() else ""
+    return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
 
 
 def _spec(content: Mapping[str, Any]) -> Spec:

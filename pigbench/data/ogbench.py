@@ -14,7 +14,7 @@ from typing import IO
 import numpy as np
 
 from pigbench import envs
-from pigbench.data import shard
+from pigbench.data import collect, shard
 from pigbench.data.dataset import Dataset, Split, sizes
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
@@ -157,13 +157,7 @@ class _Source:
 
     def check(self, env: CubeEnv) -> None:
         """Raises UserError unless all arrays have the environment's shapes."""
-        row_shapes = {
-            "observations": (env.observation_size,),
-            "actions": (env.action_size,),
-            "terminals": (),
-            "qpos": (env.scene.model.nq,),
-            "qvel": (env.scene.model.nv,),
-        }
+        row_shapes = collect.row_shapes(env)
         for field in self.fields:
             shape, expected = self._header(field), (self.rows, *row_shapes[field])
             if shape != expected:
