@@ -142,7 +142,7 @@ def _write(environment: str, transitions: int, folder: Path) -> None:
     spec = dataclasses.replace(spec, episodes_per_shard=_EPISODES_PER_SHARD)
     writer = Writer(folder, spec)
     missing = writer.missing()
-    collect.require_room(env, spec, missing, folder)
+    collect.require_room(env, spec.fields, episodes * _EPISODE_LENGTH, folder)
     with Progress("writing", total=len(missing), unit="shards") as progress:
         for part in missing:
             rows = part.episodes * _EPISODE_LENGTH

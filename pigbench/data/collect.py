@@ -51,9 +51,9 @@ def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> N
     Raises UserError when the disk has no room for them.
     """
     missing = writer.missing()
-    require_room(env, spec, missing, writer.folder)
     total = sum(shard.episodes for shard in spec.plan()) * spec.rows_per_episode
     remaining = sum(shard.episodes for shard in missing) * spec.rows_per_episode
+    require_room(env, spec.fields, remaining, writer.folder)
     simulate = simulator(env, policy, spec)
     dropped = 0
     with Progress("generate", total=total, unit="transitions", done=total - remaining) as progress:
@@ -95,11 +95,10 @@ def simulator(env: CubeEnv, policy: Policy, spec: Spec) -> Simulator:
     return simulate
 
 
-def require_room(env: CubeEnv, spec: Spec, shards: Iterable[Shard], folder: Path) -> None:
-    """Raises UserError unless the disk of `folder` has room for so many shards."""
+def require_room(env: CubeEnv, fields: Iterable[str], rows: int, folder: Path) -> None:
+    """Raises UserError unless the disk of `folder` has room for so many rows."""
     shapes = row_shapes(env)
-    row = sum(math.prod(shapes[field]) * DTYPES[field].itemsize for field in spec.fields)
-    rows = sum(shard.episodes for shard in shards) * spec.rows_per_episode
+    row = sum(math.prod(shapes[field]) * DTYPES[field].itemsize for field in fields)
     files.require_room(folder, rows * row)
 
 

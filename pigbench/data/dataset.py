@@ -31,8 +31,10 @@ class Split:
 
     @property
     def episode_ends(self) -> np.ndarray:
-        """Each episode's last row, (episodes,), as the manifest has it: no file is read."""
+        """Each episode's last row, (episodes,); no file is read where all are equally long."""
         length = self.spec.rows_per_episode
+        if not length:
+            return np.flatnonzero(self.concatenate("terminals"))
         return np.arange(length, self.rows + 1, length) - 1
 
     def shards(self, field: str) -> list[np.ndarray]:

@@ -44,8 +44,8 @@ class Spec:
         engine: the physics engine.
         seed: the seed that every random key is derived from.
         episodes: how many episodes to simulate for each split, those that diverge included.
-        episodes_per_shard: how many of them share one shard.
-        rows_per_episode: the rows of an episode, its last state included.
+        episodes_per_shard: how many of them share one shard; of each shard by split, if unequal.
+        rows_per_episode: the rows of an episode, its last state included; 0 if they differ.
         fields: names of the stored fields, of those in `pigbench.data.shard.DTYPES`.
         layout: (name, size) of each term of an observation, in order.
         action_size: how many numbers an action has.
@@ -58,7 +58,7 @@ class Spec:
     engine: str
     seed: int
     episodes: Mapping[str, int]
-    episodes_per_shard: int
+    episodes_per_shard: int | Mapping[str, tuple[int, ...]]
     rows_per_episode: int
     fields: tuple[str, ...]
     layout: tuple[tuple[str, int], ...]
@@ -73,14 +73,20 @@ class Spec:
     def plan(self) -> tuple[Shard, ...]:
         """The shards of the complete data set."""
         pieces = [
-            (f"{split}-{position:05d}", split, min(self.episodes_per_shard, asked - start))
+            (f"{split}-{position:05d}", split, episodes)
             for split, asked in sorted(self.episodes.items())
-            for position, start in enumerate(range(0, asked, self.episodes_per_shard))
+            for position, episodes in enumerate(self._shard_sizes(split, asked))
         ]
         return tuple(
             Shard(name, split, number, episodes)
             for number, (name, split, episodes) in enumerate(pieces)
         )
+
+    def _shard_sizes(self, split: str, asked: int) -> Iterable[int]:
+        most = self.episodes_per_shard
+        if isinstance(most, int):
+            return (min(most, asked - start) for start in range(0, asked, most))
+        return most[split]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -204,7 +210,10 @@ def _journal(folder: Path) -> list[Mapping[str, Any]]:
 def _spec(content: Mapping[str, Any]) -> Spec:
     fields = tuple(content["fields"])
     layout = tuple((name, size) for name, size in content["layout"])
-    return Spec(**{**content, "fields": fields, "layout": layout})
+    sizes = content["episodes_per_shard"]
+    if not isinstance(sizes, int):
+        sizes = {split: tuple(own) for split, own in sizes.items()}
+    return Spec(**{**content, "fields": fields, "layout": layout, "episodes_per_shard": sizes})
 
 
 def _shard_record(content: Mapping[str, Any]) -> ShardRecord:
