@@ -28,22 +28,29 @@ _CHUNK = 10  # control steps a call
 _WHOLE = 0.98  # share of an evaluation's control steps, at least
 _BEFORE = 50  # control steps after which grippers are at work
 
+Run = Callable[[Simulation], tuple[Simulation, dict[str, jax.Array]]]
 Advance = Callable[[PhysicsState, jax.Array], object]
 """A control step of a batch's states under its controls."""
 
 
-def generation(env: CubeEnv, simulations: int, *, name: str) -> tuple[Contender, Contender]:
-    """Play data, up to where it would be written, and the engine alone on the same states.
+def generation(env: CubeEnv, simulations: int, *, name: str) -> Contender:
+    """Play data, up to where it would be written: an item is one simulation's control step."""
+    run, start = _under_way(env, simulations)
 
-    Both do the same control steps again and again; an item is one simulation's. In C the engine is
-    MuJoCo's own batch of simulations, filled with each step's states.
+    def work(count: int) -> None:
+        for _ in range(count):
+            jax.device_get(run(start)[1])
+
+    return Contender(name, work, items=simulations * _CHUNK)
+
+
+def engine(env: CubeEnv, simulations: int, *, name: str) -> Contender:
+    """The engine alone, on the states of `generation`; items as there.
+
+    In C it is MuJoCo's own batch of simulations, filled with each step's states.
     """
     policy = POLICIES["play"](env.scene)
-    run = jax.jit(lambda batch: collect.run(env, policy, batch, steps=_CHUNK))
-    begin = jax.jit(jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool))))
-    start = begin(jax.random.split(jax.random.key(0), simulations))
-    for _ in range(_BEFORE // _CHUNK):
-        start, _ = run(start)
+    _, start = _under_way(env, simulations)
 
     def record(batch: Simulation, _: None):
         after, rows = jax.vmap(lambda one: collect.step(env, policy, one))(batch)
@@ -54,17 +61,23 @@ def generation(env: CubeEnv, simulations: int, *, name: str) -> tuple[Contender,
     steps = [jax.tree.map(lambda x: x[time], recorded) for time in range(_CHUNK)]  # noqa: B023
     advance = _in_c(env, simulations) if env.backend == "mujoco" else _compiled(env)
 
-    def generate(count: int) -> None:
-        for _ in range(count):
-            jax.device_get(run(start)[1])
-
-    def simulate(count: int) -> None:
+    def work(count: int) -> None:
         for _ in range(count):
             for states, controls in steps:
                 advance(states, controls)
 
-    items = simulations * _CHUNK
-    return Contender(name, generate, items), Contender(f"{name}, engine alone", simulate, items)
+    return Contender(name, work, items=simulations * _CHUNK)
+
+
+def _under_way(env: CubeEnv, simulations: int) -> tuple[Run, Simulation]:
+    """A chunk of collecting play data, and the simulations that it begins with."""
+    policy = POLICIES["play"](env.scene)
+    run = jax.jit(lambda batch: collect.run(env, policy, batch, steps=_CHUNK))
+    begin = jax.jit(jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool))))
+    start = begin(jax.random.split(jax.random.key(0), simulations))
+    for _ in range(_BEFORE // _CHUNK):
+        start, _ = run(start)
+    return run, start
 
 
 def _in_c(env: CubeEnv, simulations: int) -> Advance:

@@ -103,7 +103,11 @@ class Generate:
         contenders = [peers.generation(self.environment)]
         for profile in self.physics:
             env = envs.make(self.environment, engine=self.engine, profile=profile)
-            contenders += simulation.generation(env, self.simulations, name=f"pigbench {profile}")
+            name = f"pigbench {profile}"
+            contenders += [
+                simulation.generation(env, self.simulations, name=name),
+                simulation.engine(env, self.simulations, name=f"{name}, engine alone"),
+            ]
         timings = measure("bench generate", contenders, self.turns)
         _print_rates(timings)
         for profile in self.physics:
