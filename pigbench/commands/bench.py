@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import statistics
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import jax
 import tyro
 
 from pigbench import agents, envs
-from pigbench.bench import peers, rows, simulation, training
+from pigbench.bench import peers, rows, simulation, startup, training
 from pigbench.bench.timing import Contender, Timing, alternate
 from pigbench.data import dataset, homes
 from pigbench.errors import UserError
@@ -208,6 +209,44 @@ class Rows:
         print(markdown_grid([header, *lines]))
         opened = {name: trainer.seconds_to_open for name, trainer in trainers.items()}
         save(self.json, self, timings, opened=opened, resident=resident)
+
+
+_STARTED = (
+    "--help",
+    "list envs",
+    "list methods",
+    "data info --help",
+    "table --help",
+    "plot --help",
+    "suite status --help",
+    "generate --help",
+    "train --help",
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Startup:
+    """Processor seconds that commands take to do next to nothing, each in a process of its own."""
+
+    turns: int = 5
+    """Turns of each command; medians are over turns."""
+    json: Path | None = None
+    """File for the result as JSON, with machine and versions."""
+
+    def run(self) -> None:
+        """Measure and print a table."""
+        if self.turns < 1:
+            raise UserError(f"turns is {self.turns}: it must be at least 1")
+        taken: dict[str, list[float]] = {command: [] for command in _STARTED}
+        with Progress("bench startup", total=self.turns * len(taken), unit="starts") as progress:
+            for _ in range(self.turns):
+                for command, times in taken.items():
+                    times.append(startup.seconds(command.split()))
+                    progress.advance(1, command)
+        lines = [(name, f"{statistics.median(times):.2f}") for name, times in taken.items()]
+        print(markdown_grid([("pigbench", "processor seconds"), *lines]))
+        if self.json is not None:
+            files.write_json(self.json, {"seconds": taken} | surroundings())
 
 
 def _print_rates(timings: Mapping[str, Timing]) -> None:

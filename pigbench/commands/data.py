@@ -1,14 +1,16 @@
 """`pigbench data`: look at a data set, check it, exchange it with other formats."""
 
 import dataclasses
+import importlib
 from pathlib import Path
 
 import tyro
 
-from pigbench.data import dataset, manifest, ogbench
+from pigbench.data import dataset, manifest
 from pigbench.errors import UserError, lookup
 
-_FORMATS = {"ogbench": ogbench}
+_FORMATS = {"ogbench": "pigbench.data.ogbench"}
+"""Modules, imported when they are needed: looking at a data set takes no simulator."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,7 +59,7 @@ class Export:
 
     def run(self) -> None:
         """Write the files."""
-        form = lookup("format", _FORMATS, self.format)
+        form = importlib.import_module(lookup("format", _FORMATS, self.format))
         data = dataset.load(self.folder)
         written = form.write(data, self.out, rows_per_file=self.rows_per_file)
         print(f"{' and '.join(map(str, written))} are written")
@@ -85,6 +87,6 @@ class Import:
 
     def run(self) -> None:
         """Import what is missing."""
-        form = lookup("format", _FORMATS, self.format)
+        form = importlib.import_module(lookup("format", _FORMATS, self.format))
         form.read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
         print(f"{self.out} is complete; see it with: pigbench data info {self.out}")

@@ -73,12 +73,14 @@ def simulator(env: CubeEnv, policy: Policy, spec: Spec) -> Simulator:
     A shard's episodes depend on the seed, the shard's number and their place in it alone; those
     whose simulation diverged are dropped and counted.
     """
+    simulations_at_once = spec.episodes_per_shard
+    assert isinstance(simulations_at_once, int), "only imported data have unequal shards"
     steps = _chunk(spec.rows_per_episode)
     begin_all = jax.jit(jax.vmap(partial(begin, env, policy)))
     run_chunk = jax.jit(partial(run, env, policy, steps=steps))
 
     def simulate(shard: Shard, tell: Callable[[int], object]) -> Episodes:
-        place = np.arange(spec.episodes_per_shard)
+        place = np.arange(simulations_at_once)
         shard_key = jax.random.fold_in(seeds.key(spec.seed), shard.number)
         keys = jax.vmap(partial(jax.random.fold_in, shard_key))(place)
         simulations = begin_all(keys, place >= shard.episodes)

@@ -33,8 +33,8 @@ class MappedArray:
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __getitem__(self, rows: np.ndarray | slice) -> np.ndarray:
-        """The rows of those numbers, in memory: rows (...) give (..., *shape[1:]).
+    def __getitem__(self, rows: Any) -> Any:
+        """The rows of those numbers, or of a slice, in memory: (...) give (..., *shape[1:]).
 
         Raises UserError, naming the file, when one of them holds NaN or infinity.
         """

@@ -59,7 +59,7 @@ def of(rows: Rows, agent: Agent, key: jax.Array) -> Iterator[Batches]:
 class Drawn:
     """From rows on the device: all updates are one part."""
 
-    axis = None
+    axis: int | None = None
 
     def __init__(self, rows: Rows, agent: Agent) -> None:
         self._rows, self._agent = rows, agent
@@ -81,7 +81,7 @@ class Gathered:
     Block b holds the batches of the n updates from b n on, whatever the step that is begun with.
     """
 
-    axis = 0
+    axis: int | None = 0
 
     def __init__(self, rows: Rows, agent: Agent, key: jax.Array) -> None:
         self._rows, self._key = rows, key
