@@ -1,9 +1,8 @@
 """How the coordinates of an observation are distributed in the data: what standardising needs."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
-import jax
 import numpy as np
 
 from pigbench.errors import UserError
@@ -14,6 +13,14 @@ DEVIATION_FLOOR = 0.02
 _ROWS = 1_000_000  # read at most; the statistics of more are the same to three digits
 
 
+class Table(Protocol):
+    """What rows can be taken from, wherever they are."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, rows: slice, /) -> Any: ...
+
+
 class Statistics(NamedTuple):
     """Of n coordinates, float32 (n,) each: constants, like the data that they are taken from."""
 
@@ -21,7 +28,7 @@ class Statistics(NamedTuple):
     deviation: np.ndarray  # at least `DEVIATION_FLOOR`
 
     @classmethod
-    def of(cls, observations: jax.Array | np.ndarray) -> "Statistics":
+    def of(cls, observations: Table) -> "Statistics":
         """Of the rows of `observations` (N, n); of evenly spaced ones where there are very many."""
         stride = -(-len(observations) // _ROWS)
         rows = np.asarray(observations[::stride], np.float64)

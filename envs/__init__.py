@@ -1,11 +1,17 @@
-"""OGBench's cube environments in JAX: `make("cube-double")` gives a Brax `Env`."""
+"""OGBench's cube environments in JAX: `make("cube-double")` gives a Brax `Env`.
 
-from pigbench.envs import physics as engines
-from pigbench.envs.environment import CubeEnv, Spec, State
-from pigbench.envs.physics import default_engine
+Brax, and the MJX that comes with it, take seconds to import: they are when an environment is
+needed, not for the table of environments.
+"""
+
+from typing import TYPE_CHECKING, Any
+
 from pigbench.envs.scene import build
-from pigbench.envs.tasks import TASKS
+from pigbench.envs.tasks import TASKS, Spec
 from pigbench.errors import lookup
+
+if TYPE_CHECKING:
+    from pigbench.envs.environment import CubeEnv, State
 
 _SIZES = {
     "cube-single": (1, 200),
@@ -25,14 +31,31 @@ def names() -> tuple[str, ...]:
     return tuple(SPECS)
 
 
-def make(name: str, engine: str | None = None, profile: str = "exact") -> CubeEnv:
+def default_engine() -> str:
+    """The engine for the device that JAX runs on."""
+    from pigbench.envs import physics
+
+    return physics.default_engine()
+
+
+def make(name: str, engine: str | None = None, profile: str = "exact") -> "CubeEnv":
     """The environment of that name; UserError for an unknown name.
 
     `engine` is one of `physics.ENGINES`, by default the one for JAX's device.
     """
+    from pigbench.envs import environment, physics
+
     spec = lookup("environment", SPECS, name)
     scene = build(spec.num_cubes, profile)
-    return CubeEnv(spec, engines.make(engine or default_engine(), scene))
+    return environment.CubeEnv(spec, physics.make(engine or default_engine(), scene))
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("CubeEnv", "State"):
+        from pigbench.envs import environment
+
+        return getattr(environment, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 __all__ = ["SPECS", "CubeEnv", "Spec", "State", "default_engine", "make", "names"]

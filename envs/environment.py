@@ -1,6 +1,6 @@
 """The cube environment: move every cube to its target, as Brax's `Env` with Brax's `State`."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -11,7 +11,7 @@ from pigbench.envs.physics import Physics, PhysicsState
 from pigbench.envs.quiet import quiet
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
-from pigbench.envs.tasks import Task
+from pigbench.envs.tasks import Spec
 
 with quiet():
     from brax.envs.base import Env, State
@@ -20,16 +20,6 @@ SUCCESS_DISTANCE = 0.04  # metres between a cube and its target
 START_JITTER = 0.01  # metres by which start positions are shifted in x and y
 SETTLING_STEPS = 2  # random control steps before a goal scene is observed
 USER_TASK = 0  # task id of a scene the user gave; the tasks of the table count from 1
-
-
-@dataclass(frozen=True)
-class Spec:
-    """An environment's name, number of cubes and evaluation."""
-
-    name: str
-    num_cubes: int
-    episode_length: int  # control steps after which an evaluation episode has failed
-    tasks: tuple[Task, ...]
 
 
 class CubeEnv(Env):

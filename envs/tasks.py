@@ -32,6 +32,16 @@ class Task:
         return _positions(self.goal)
 
 
+@dataclass(frozen=True)
+class Spec:
+    """An environment's name, number of cubes and evaluation."""
+
+    name: str
+    num_cubes: int
+    episode_length: int  # control steps after which an evaluation episode has failed
+    tasks: tuple[Task, ...]
+
+
 def _positions(places: tuple[Place, ...]) -> np.ndarray:
     levels = [place[2] if len(place) > 2 else 0 for place in places]
     heights = [CUBE_HALF_SIZE * (1 + 2 * level) for level in levels]

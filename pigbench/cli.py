@@ -49,7 +49,7 @@ COMMANDS = {
     "suite": Command(
         "suite", "RunSuite", "environments x methods x seeds as one job", resumes=True
     ),
-    "suite status": Command("suite", "SuiteStatus", "how far a suite is"),
+    "suite status": Command("suite_status", "SuiteStatus", "how far a suite is"),
     "plot": Command("report", "Plot", "curves, bars, boxes or profiles of runs as a picture"),
     "render": Command("render", "Render", "a task as a picture, a policy's episodes as a film"),
     "analyze": Command("analyze", "Analyze", "residuals of a value function by contact mode"),
@@ -60,6 +60,8 @@ COMMANDS = {
     "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),
     "bench evaluate": Command("bench", "Evaluate", "time evaluation beside OGBench's"),
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),
+    "bench rows": Command("bench", "Rows", "time training from rows on the device and on the disk"),
+    "bench startup": Command("bench", "Startup", "processor time that commands take to start"),
     "bench scale": Command("scaling", "Scale", "time steps over numbers of simulations and cubes"),
     "bench memory": Command("scaling", "Memory", "what a control step needs of a device's memory"),
     "bench device": Command("device", "Device", "measure the accelerator at hand, in minutes"),

@@ -1,12 +1,14 @@
 """Seeds, and the random keys that follow from them."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import jax
 import pydantic
 from tyro.constructors import PrimitiveConstructorSpec
 
 from pigbench.errors import UserError
+
+if TYPE_CHECKING:
+    import jax
 
 LARGEST = 2**32 - 1
 """Of a larger one JAX would take the last 32 bits alone."""
@@ -19,8 +21,10 @@ def check(seed: int) -> int:
     return seed
 
 
-def key(seed: int) -> jax.Array:
+def key(seed: int) -> "jax.Array":
     """The random key of a seed: Threefry's, whatever JAX's default is."""
+    import jax  # here, for commands that do without it
+
     return jax.random.key(check(seed), impl="threefry2x32")
 
 

@@ -1,37 +1,99 @@
 """What is timed of simulations: data generation, evaluation, and bare control steps."""
 
+# mujoco's compiled modules carry no types.
+# pyright: reportAttributeAccessIssue=false
+
+import os
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
+import numpy as np
+from mujoco.batch import Batch
 
 from pigbench import agents
 from pigbench.bench.timing import Contender
 from pigbench.bench.training import standard
 from pigbench.data import collect
+from pigbench.data.collect import Simulation
 from pigbench.envs import CubeEnv
+from pigbench.envs.control import servo_targets
 from pigbench.envs.oracles import POLICIES
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.scene import SUBSTEPS
 from pigbench.training.evaluate import Evaluation, make_evaluator
 from pigbench.training.restore import agent_for
 
 _CHUNK = 10  # control steps a call
 _WHOLE = 0.98  # share of an evaluation's control steps, at least
+_BEFORE = 50  # control steps after which grippers are at work
+
+Run = Callable[[Simulation], tuple[Simulation, dict[str, jax.Array]]]
+Advance = Callable[[PhysicsState, jax.Array], object]
+"""A control step of a batch's states under its controls."""
 
 
 def generation(env: CubeEnv, simulations: int, *, name: str) -> Contender:
     """Play data, up to where it would be written: an item is one simulation's control step."""
-    policy = POLICIES["play"](env.scene)
-    keys = jax.random.split(jax.random.key(0), simulations)
-    run = jax.jit(lambda batch: collect.run(env, policy, batch, steps=_CHUNK))
-    batch = jax.jit(jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool))))(
-        keys
-    )
+    run, start = _under_way(env, simulations)
 
     def work(count: int) -> None:
-        nonlocal batch
         for _ in range(count):
-            batch, rows = run(batch)
-            jax.device_get(rows)
+            jax.device_get(run(start)[1])
 
     return Contender(name, work, items=simulations * _CHUNK)
+
+
+def engine(env: CubeEnv, simulations: int, *, name: str) -> Contender:
+    """The engine alone, on the states of `generation`; items as there.
+
+    In C it is MuJoCo's own batch of simulations, filled with each step's states.
+    """
+    policy = POLICIES["play"](env.scene)
+    _, start = _under_way(env, simulations)
+
+    def record(batch: Simulation, _: None):
+        after, rows = jax.vmap(lambda one: collect.step(env, policy, one))(batch)
+        controls = jax.vmap(lambda *x: servo_targets(env.scene, *x))(batch.physics, rows["actions"])
+        return after, (batch.physics, controls)
+
+    _, recorded = jax.jit(lambda batch: jax.lax.scan(record, batch, length=_CHUNK))(start)
+    steps = [jax.tree.map(lambda x: x[time], recorded) for time in range(_CHUNK)]  # noqa: B023
+    advance = _in_c(env, simulations) if env.backend == "mujoco" else _compiled(env)
+
+    def work(count: int) -> None:
+        for _ in range(count):
+            for states, controls in steps:
+                advance(states, controls)
+
+    return Contender(name, work, items=simulations * _CHUNK)
+
+
+def _under_way(env: CubeEnv, simulations: int) -> tuple[Run, Simulation]:
+    """A chunk of collecting play data, and the simulations that it begins with."""
+    policy = POLICIES["play"](env.scene)
+    run = jax.jit(lambda batch: collect.run(env, policy, batch, steps=_CHUNK))
+    begin = jax.jit(jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool))))
+    start = begin(jax.random.split(jax.random.key(0), simulations))
+    for _ in range(_BEFORE // _CHUNK):
+        start, _ = run(start)
+    return run, start
+
+
+def _in_c(env: CubeEnv, simulations: int) -> Advance:
+    batch = Batch(env.scene.model, simulations, len(os.sched_getaffinity(0)))
+
+    def advance(states: PhysicsState, controls: jax.Array) -> None:
+        batch.qpos[:], batch.qvel[:] = states.qpos, states.qvel
+        batch.qacc_warmstart[:], batch.ctrl[:] = states.warmstart, controls
+        batch.step(np.arange(simulations), nstep=SUBSTEPS)
+
+    return advance
+
+
+def _compiled(env: CubeEnv) -> Advance:
+    step = jax.jit(jax.vmap(env.physics.step))
+    return lambda states, controls: jax.block_until_ready(step(states, controls))
 
 
 def evaluation(env: CubeEnv, episodes: int, method: str, preset: str, *, name: str) -> Contender:

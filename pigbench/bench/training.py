@@ -10,8 +10,9 @@ from pigbench.agents import AgentConfig, Statistics
 from pigbench.bench.timing import Contender
 from pigbench.data.sampler import Rows
 from pigbench.envs import CubeEnv
+from pigbench.training.batches import Drawn
 from pigbench.training.restore import agent_for
-from pigbench.training.train import make_updates
+from pigbench.training.train import join, make_updates
 
 _EPISODES, _EPISODE_LENGTH = 20, 1001
 
@@ -32,12 +33,14 @@ def updates(
     """
     keys = [jax.random.split(jax.random.key(seed)) for seed in range(seeds)]
     agent = agent_for(env, method, config, standard(env))
-    step = make_updates(agent, [step_key for _, step_key in keys])
-    states = [agents.create(agent, init_key) for init_key, _ in keys]
+    key = join([step_key for _, step_key in keys])
+    run = make_updates(agent, key, Drawn(rows, agent))
+    states, done = [agents.create(agent, init_key) for init_key, _ in keys], 0
 
     def work(count: int) -> None:
-        nonlocal states
-        states, _ = jax.block_until_ready(step(states, rows, count))
+        nonlocal states, done
+        states, _ = jax.block_until_ready(run(states, done, done + count))
+        done += count
 
     return Contender(name or method, work, items=seeds)
 

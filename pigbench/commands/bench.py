@@ -1,6 +1,8 @@
 """`pigbench bench`: how long things take, side by side."""
 
+import contextlib
 import dataclasses
+import statistics
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -8,8 +10,9 @@ import jax
 import tyro
 
 from pigbench import agents, envs
-from pigbench.bench import peers, simulation, training
+from pigbench.bench import peers, rows, simulation, startup, training
 from pigbench.bench.timing import Contender, Timing, alternate
+from pigbench.data import dataset, homes
 from pigbench.errors import UserError
 from pigbench.fidelity import peer
 from pigbench.report.formats import markdown_grid
@@ -78,7 +81,10 @@ class Train:
 
 @dataclasses.dataclass(frozen=True)
 class Generate:
-    """Time data generation beside OGBench's generator, which must be installed."""
+    """Time data generation beside OGBench's generator, which must be installed, and the engine.
+
+    The engine alone has states and controls of the same data, and neither policy nor observations.
+    """
 
     environment: str = "cube-double"
     """Environment."""
@@ -95,17 +101,20 @@ class Generate:
 
     def run(self) -> None:
         """Measure and print a table."""
-        ours = [
-            simulation.generation(
-                envs.make(self.environment, engine=self.engine, profile=profile),
-                self.simulations,
-                name=f"pigbench {profile}",
-            )
-            for profile in self.physics
-        ]
-        theirs = peers.generation(self.environment)
-        timings = measure("bench generate", [theirs, *ours], self.turns)
+        contenders = [peers.generation(self.environment)]
+        for profile in self.physics:
+            env = envs.make(self.environment, engine=self.engine, profile=profile)
+            name = f"pigbench {profile}"
+            contenders += [
+                simulation.generation(env, self.simulations, name=name),
+                simulation.engine(env, self.simulations, name=f"{name}, engine alone"),
+            ]
+        timings = measure("bench generate", contenders, self.turns)
         _print_rates(timings)
+        for profile in self.physics:
+            ours = timings[f"pigbench {profile}"]
+            engine = timings[f"pigbench {profile}, engine alone"]
+            print(f"{profile}: {engine.ratio(ours):.2f} of what the engine does alone")
         save(self.json, self, timings)
 
 
@@ -148,6 +157,98 @@ class Evaluate:
         save(self.json, self, timings)
 
 
+@dataclasses.dataclass(frozen=True)
+class Rows:
+    """Time GCIVL's updates (preset cpu) with rows on the device and on the disk, and opening them.
+
+    The data set is thrown away afterwards. Its episodes are a few simulated ones, repeated.
+    """
+
+    transitions: int = 10_000_000
+    """Transitions of the data set."""
+    environment: str = "cube-single"
+    """Environment that the rows are from."""
+    folder: Path | None = None
+    """Where the data set is made; by default where the system keeps temporary files."""
+    turns: Turns = dataclasses.field(default_factory=Turns)
+    """How the homes take turns."""
+    json: Path | None = None
+    """File for the result as JSON, with machine and versions."""
+
+    def run(self) -> None:
+        """Measure and print a table."""
+        if self.transitions < 1:
+            raise UserError(f"transitions is {self.transitions}: it must be at least 1")
+        with rows.throw_away(self.environment, self.transitions, self.folder) as data:
+            split = dataset.load(data).split("train")
+            home = homes.choose("auto", split)
+            names = ["device", "disk"] if home.name == "device" else ["disk"]
+            print(
+                f"{split.rows:,} rows, {homes.size(split) / 1e9:.1f} GB, a few simulated episodes "
+                f"repeated; auto chooses {home}"
+            )
+            with contextlib.ExitStack() as stack:
+                trainers = {
+                    name: stack.enter_context(contextlib.closing(rows.Trainer(data, name)))
+                    for name in names
+                }
+                contenders = [trainer.contender() for trainer in trainers.values()]
+                timings = measure("bench rows", contenders, self.turns)
+                resident = {name: trainer.resident() for name, trainer in trainers.items()}
+        lines = [
+            (
+                name,
+                f"{trainers[name].seconds_to_open:.2f}",
+                f"{1 / timing.median:.1f}",
+                f"{timings[names[0]].ratio(timing):.2f}",
+                f"{resident[name] / 1e9:.2f}",
+            )
+            for name, timing in timings.items()
+        ]
+        header = ("rows on", "s to open", "updates a second", f"times {names[0]}", "GB resident")
+        print(markdown_grid([header, *lines]))
+        opened = {name: trainer.seconds_to_open for name, trainer in trainers.items()}
+        save(self.json, self, timings, opened=opened, resident=resident)
+
+
+_STARTED = (
+    "--help",
+    "list envs",
+    "list methods",
+    "data info --help",
+    "table --help",
+    "plot --help",
+    "suite status --help",
+    "generate --help",
+    "train --help",
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Startup:
+    """Processor seconds that commands take to do next to nothing, each in a process of its own."""
+
+    turns: int = 5
+    """Turns of each command; medians are over turns."""
+    json: Path | None = None
+    """File for the result as JSON, with machine and versions."""
+
+    def run(self) -> None:
+        """Measure and print a table."""
+        if self.turns < 1:
+            raise UserError(f"turns is {self.turns}: it must be at least 1")
+        taken: dict[str, list[float]] = {command: [] for command in _STARTED}
+        with Progress("bench startup", total=self.turns * len(taken), unit="starts") as progress:
+            for _ in range(self.turns):
+                for command, times in taken.items():
+                    times.append(startup.seconds(command.split()))
+                    progress.advance(1, command)
+        lines = [(name, f"{statistics.median(times):.2f}") for name, times in taken.items()]
+        print(markdown_grid([("pigbench", "processor seconds"), *lines]))
+        if self.json is not None:
+            files.write_json(self.json, {"seconds": taken} | surroundings())
+
+
 def _print_rates(timings: Mapping[str, Timing]) -> None:
     """Control steps a second, and how many times the peer's."""
     lines = [
@@ -176,8 +277,8 @@ def measure(task: str, contenders: list[Contender], turns: Turns) -> Mapping[str
         )
 
 
-def save(path: Path | None, command: object, timings: Mapping[str, Timing]) -> None:
-    """Keeps the settings of a command, and all seconds, with machine and versions."""
+def save(path: Path | None, command: object, timings: Mapping[str, Timing], **more: object) -> None:
+    """Keeps the settings of a command, all seconds and `more`, with machine and versions."""
     if path is None:
         return
     settings = {name: value for name, value in vars(command).items() if not isinstance(value, Path)}
@@ -186,4 +287,4 @@ def save(path: Path | None, command: object, timings: Mapping[str, Timing]) -> N
         "settings": settings,
         "seconds": {name: dataclasses.asdict(timing) for name, timing in timings.items()},
     }
-    files.write_json(path, content | surroundings())
+    files.write_json(path, content | more | surroundings())

@@ -1,14 +1,16 @@
 """`pigbench data`: look at a data set, check it, exchange it with other formats."""
 
 import dataclasses
+import importlib
 from pathlib import Path
 
 import tyro
 
-from pigbench.data import dataset, manifest, ogbench
+from pigbench.data import dataset, manifest
 from pigbench.errors import UserError, lookup
 
-_FORMATS = {"ogbench": ogbench}
+_FORMATS = {"ogbench": "pigbench.data.ogbench"}
+"""Modules, imported when they are needed: looking at a data set takes no simulator."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,25 +52,30 @@ class Export:
     """Folder of the data set."""
     out: Path
     """File of the training split; that of the validation split is named after it."""
+    rows_per_file: int | None = None
+    """Rows of a file at most, as whole shards; by default a split is one file."""
     format: str = "ogbench"
     """Format of the files."""
 
     def run(self) -> None:
         """Write the files."""
-        form = lookup("format", _FORMATS, self.format)
-        form.write(dataset.load(self.folder), self.out)
-        print(f"{' and '.join(map(str, form.split_paths(self.out).values()))} are written")
+        form = importlib.import_module(lookup("format", _FORMATS, self.format))
+        data = dataset.load(self.folder)
+        written = form.write(data, self.out, rows_per_file=self.rows_per_file)
+        print(f"{' and '.join(map(str, written))} are written")
 
 
 @dataclasses.dataclass(frozen=True)
 class Import:
     """Make a data set of OGBench's files, or of what `pigbench data export` wrote.
 
+    The files of validation, F-val.npz beside F.npz, are read too.
+
     Run the same command again after it was cut off: finished shards are kept.
     """
 
-    file: tyro.conf.Positional[Path]
-    """File of the training split, F.npz; F-val.npz is read too."""
+    files: tyro.conf.Positional[tuple[Path, ...]]
+    """Files of the training split, or a folder of them."""
     environment: str
     """Environment that the data is from; see `pigbench list envs`."""
     out: Path
@@ -80,6 +87,6 @@ class Import:
 
     def run(self) -> None:
         """Import what is missing."""
-        form = lookup("format", _FORMATS, self.format)
-        form.read(self.file, environment=self.environment, physics=self.physics, folder=self.out)
+        form = importlib.import_module(lookup("format", _FORMATS, self.format))
+        form.read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
         print(f"{self.out} is complete; see it with: pigbench data info {self.out}")

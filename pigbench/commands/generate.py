@@ -4,6 +4,7 @@ import dataclasses
 from pathlib import Path
 from typing import Annotated
 
+import jax
 import tyro
 
 from pigbench import envs
@@ -12,10 +13,14 @@ from pigbench.data.dataset import sizes
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import POLICIES
+from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.errors import UserError, lookup
 from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
 from pigbench.training.provenance import package_versions
+
+_SHARD_OF_HOST, _SHARD_OF_ACCELERATOR = 50, 2048
+"""Episodes simulated at once, by default: an accelerator wants thousands."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,8 +45,10 @@ class Generate:
     """Seed of every random number."""
     episode_length: int = 1001
     """Rows of an episode."""
-    episodes_per_shard: int = 50
-    """Episodes simulated at once and written as one shard."""
+    compact: bool = False
+    """Leave out qpos and qvel, which no method trains on: half the bytes."""
+    episodes_per_shard: int | None = None
+    """Episodes simulated at once and written as one shard; by default what suits the engine."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     physics: Annotated[str, tyro.conf.arg(help_behavior_hint="(default: exact)")] = "exact"
@@ -50,7 +57,7 @@ class Generate:
     def run(self) -> None:
         """Generate what is missing."""
         for name in ("episodes", "episode_length", "episodes_per_shard"):
-            if getattr(self, name) < 1:
+            if getattr(self, name) is not None and getattr(self, name) < 1:
                 raise UserError(f"{name} is {getattr(self, name)}: it must be at least 1")
         policy = lookup("policy", POLICIES, self.policy)
         env = envs.make(self.environment, engine=self.engine, profile=self.physics)
@@ -61,9 +68,9 @@ class Generate:
             engine=self.engine,
             seed=self.seed,
             episodes={"train": self.episodes, "val": self._validation_episodes()},
-            episodes_per_shard=self.episodes_per_shard,
+            episodes_per_shard=self._episodes_per_shard(),
             rows_per_episode=self.episode_length,
-            fields=collect.FIELDS,
+            fields=collect.COMPACT if self.compact else collect.FIELDS,
             layout=sizes(env.layout),
             action_size=env.action_size,
             versions=package_versions(),
@@ -78,3 +85,10 @@ class Generate:
         if self.validation_episodes is None:
             return max(1, self.episodes // 10)
         return self.validation_episodes
+
+    def _episodes_per_shard(self) -> int:
+        if self.episodes_per_shard is not None:
+            return self.episodes_per_shard
+        if self.engine == MujocoPhysics.name or jax.default_backend() == "cpu":
+            return _SHARD_OF_HOST
+        return min(_SHARD_OF_ACCELERATOR, self.episodes)

@@ -126,17 +126,14 @@ class RenderData:
         print(f"{self.out} is drawn")
 
     def _states(self, split: dataset.Split) -> np.ndarray:
-        length = split.spec.rows_per_episode
-        episodes = split.rows // length
-        if not 0 <= self.episode < episodes:
+        ends = split.episode_ends
+        if not 0 <= self.episode < len(ends):
             raise UserError(
                 f"episode is {self.episode}: {self.folder} has {self.split} episodes 0 to "
-                f"{episodes - 1}"
+                f"{len(ends) - 1}"
             )
-        shards = [array.reshape(-1, length, array.shape[-1]) for array in split.shards("qpos")]
-        firsts = np.cumsum([0, *(len(shard) for shard in shards)])
-        at = int(np.searchsorted(firsts, self.episode, side="right")) - 1
-        return shards[at][self.episode - firsts[at]]
+        first = ends[self.episode - 1] + 1 if self.episode else 0
+        return split.mapped("qpos")[first : ends[self.episode] + 1]
 
 
 def _task(env: envs.CubeEnv, task: int) -> int:

@@ -12,6 +12,7 @@ import tyro
 from pigbench import cli, envs, plugins
 from pigbench.agents import AgentConfig
 from pigbench.commands.report import order
+from pigbench.commands.suite_status import KEPT, print_status
 from pigbench.errors import UserError, lookup
 from pigbench.report import plots, stats, tables
 from pigbench.report.formats import markdown_grid
@@ -34,7 +35,6 @@ from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress, duration
 from pigbench.training.run import read_run
 
-KEPT = "suite.json"
 _LAST_LINES = 3
 _FORMATS = {"markdown": "md", "latex": "tex", "csv": "csv"}
 
@@ -71,23 +71,11 @@ class RunSuite:
             spec.write(self.out / KEPT, suite)
             failed = _generate(suite, self.out)
             failed += _train(suite, self.out, self.jobs, without={name for name, _ in failed})
-            _print_status(suite, self.out)
+            print_status(suite, self.out)
             _report(suite, self.out)
         if failed:
             _explain(failed, self.out)
             sys.exit(1)
-
-
-@dataclasses.dataclass(frozen=True)
-class SuiteStatus:
-    """Tell how far a running, cut off or finished suite is."""
-
-    out: tyro.conf.Positional[Path]
-    """Folder of the suite."""
-
-    def run(self) -> None:
-        """Print a line a cell."""
-        _print_status(spec.read_kept(self.out / KEPT), self.out)
 
 
 def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
@@ -192,19 +180,6 @@ def _last_said(out: Path, running: Sequence[str]) -> str:
 
 def _plugins() -> list[str]:
     return [text for file in plugins.loaded_files() for text in ("--plugin", file)]
-
-
-def _print_status(suite: Suite, out: Path) -> None:
-    lines = [
-        (
-            cell.name,
-            state,
-            f"{steps:,} of {cell.environment.steps:,}",
-            "" if success is None else f"{success:.1f}",
-        )
-        for cell, state, steps, success in status(suite, out)
-    ]
-    print(markdown_grid([("cell", "state", "updates", "success (%)"), *lines]))
 
 
 def _print_plan(suite: Suite, out: Path, times: estimate.Estimate, workers: int) -> None:

@@ -11,9 +11,8 @@ import tyro
 
 from pigbench import agents, envs
 from pigbench.agents import AgentConfig, Statistics
-from pigbench.data import dataset
+from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
-from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
@@ -62,6 +61,8 @@ class Train:
     """How the policy is evaluated."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine of the evaluation."""
+    rows: homes.Choice = "auto"
+    """Where the data's rows are kept: device, disk, or auto for the device where they fit."""
 
     @classmethod
     def defaults(cls, arguments: Sequence[str]) -> "Train":
@@ -87,7 +88,9 @@ class Train:
         data = dataset.load(self.data)
         env = envs.make(data.spec.environment, engine=self.engine, profile=data.spec.physics)
         dataset.check_layout(data, env.layout)
-        rows = Rows.from_split(data.split("train"))
+        split = data.split("train")
+        home = homes.choose(self.rows, split)
+        rows = homes.open_rows(split, home)
         statistics = Statistics.of(rows.observations)
         agent = agent_for(env, self.method, self.agent_config, statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
@@ -100,7 +103,13 @@ class Train:
                     for folder, seed in group.items()
                 ]
                 states = train(
-                    runs, agent, rows, env, schedule=schedule, evaluation=self.evaluation
+                    runs,
+                    agent,
+                    rows,
+                    env,
+                    schedule=schedule,
+                    evaluation=self.evaluation,
+                    remark=str(home),
                 )
                 jax.block_until_ready(states)
             for folder in group:

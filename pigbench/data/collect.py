@@ -1,21 +1,39 @@
 """Generating an offline data set: a scripted policy in many simulations at once, shard by shard."""
 
+import math
+from collections.abc import Callable, Iterable
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
 from pigbench import seeds
-from pigbench.data.manifest import Spec
+from pigbench.data.manifest import Shard, Spec
+from pigbench.data.shard import DTYPES
 from pigbench.data.writer import Writer
 from pigbench.envs import CubeEnv
 from pigbench.envs.oracles import Policy
 from pigbench.envs.physics import PhysicsState, warn_of_overflow
+from pigbench.support import files
 from pigbench.support.progress import Progress
 
-FIELDS = ("observations", "actions", "terminals", "qpos", "qvel")
+COMPACT = ("observations", "actions", "terminals")
+"""The fields that methods train on."""
+FIELDS = (*COMPACT, "qpos", "qvel")
 _LONGEST_CHUNK = 100  # control steps between two reports of progress
+
+
+class Episodes(NamedTuple):
+    """The episodes of a shard: those that did not diverge."""
+
+    arrays: dict[str, np.ndarray]  # by field: rows, one episode after the other
+    dropped: int
+
+
+Simulator = Callable[[Shard, Callable[[int], object]], Episodes]
+"""Simulates a shard; the other argument is told how many control steps are done, piece by piece."""
 
 
 class Simulation(NamedTuple):
@@ -30,32 +48,71 @@ class Simulation(NamedTuple):
 def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> None:
     """Simulate and write every shard that the data set still lacks.
 
-    A shard's episodes depend on the seed, the shard's number and their place in it alone; those
-    whose simulation diverged are dropped and counted.
+    Raises UserError when the disk has no room for them.
     """
     missing = writer.missing()
     total = sum(shard.episodes for shard in spec.plan()) * spec.rows_per_episode
     remaining = sum(shard.episodes for shard in missing) * spec.rows_per_episode
-    begin_all = jax.jit(jax.vmap(partial(begin, env, policy)))
-    run_chunk = jax.jit(partial(run, env, policy, steps=_chunk(spec.rows_per_episode)))
+    require_room(env, spec.fields, remaining, writer.folder)
+    simulate = simulator(env, policy, spec)
     dropped = 0
     with Progress("generate", total=total, unit="transitions", done=total - remaining) as progress:
         for shard in missing:
-            place = np.arange(spec.episodes_per_shard)
-            shard_key = jax.random.fold_in(seeds.key(spec.seed), shard.number)
-            keys = jax.vmap(partial(jax.random.fold_in, shard_key))(place)
-            simulations = begin_all(keys, place >= shard.episodes)
-            chunks = []
-            for _ in range(spec.rows_per_episode // _chunk(spec.rows_per_episode)):
-                simulations, chunk = run_chunk(simulations)
-                chunks.append(jax.device_get(chunk))
-                note = f"{shard.name}, {dropped} episodes dropped"
-                progress.advance(shard.episodes * _chunk(spec.rows_per_episode), note)
-            warn_of_overflow(simulations.physics)
-            kept = ~np.asarray(simulations.vacant | simulations.physics.diverged)
-            dropped += shard.episodes - int(kept.sum())
-            arrays = _episodes(chunks, kept)
-            writer.write(shard, arrays, dropped=shard.episodes - int(kept.sum()))
+            note = f"{shard.name}, {dropped} episodes dropped"
+            episodes = simulate(
+                shard,
+                lambda steps, each=shard.episodes, note=note: progress.advance(each * steps, note),
+            )
+            dropped += episodes.dropped
+            writer.write(shard, episodes.arrays, dropped=episodes.dropped)
+
+
+def simulator(env: CubeEnv, policy: Policy, spec: Spec) -> Simulator:
+    """Simulates shards of `spec`.
+
+    A shard's episodes depend on the seed, the shard's number and their place in it alone; those
+    whose simulation diverged are dropped and counted.
+    """
+    simulations_at_once = spec.episodes_per_shard
+    assert isinstance(simulations_at_once, int), "only imported data have unequal shards"
+    steps = _chunk(spec.rows_per_episode)
+    begin_all = jax.jit(jax.vmap(partial(begin, env, policy)))
+    run_chunk = jax.jit(partial(run, env, policy, steps=steps))
+
+    def simulate(shard: Shard, tell: Callable[[int], object]) -> Episodes:
+        place = np.arange(simulations_at_once)
+        shard_key = jax.random.fold_in(seeds.key(spec.seed), shard.number)
+        keys = jax.vmap(partial(jax.random.fold_in, shard_key))(place)
+        simulations = begin_all(keys, place >= shard.episodes)
+        chunks = []
+        for _ in range(spec.rows_per_episode // steps):
+            simulations, chunk = run_chunk(simulations)
+            stored = {field: chunk[field] for field in spec.fields if field in chunk}
+            chunks.append(jax.device_get(stored))
+            tell(steps)
+        warn_of_overflow(simulations.physics)
+        kept = ~np.asarray(simulations.vacant | simulations.physics.diverged)
+        return Episodes(_episodes(chunks, kept), shard.episodes - int(kept.sum()))
+
+    return simulate
+
+
+def require_room(env: CubeEnv, fields: Iterable[str], rows: int, folder: Path) -> None:
+    """Raises UserError unless the disk of `folder` has room for so many rows."""
+    shapes = row_shapes(env)
+    row = sum(math.prod(shapes[field]) * DTYPES[field].itemsize for field in fields)
+    files.require_room(folder, rows * row)
+
+
+def row_shapes(env: CubeEnv) -> dict[str, tuple[int, ...]]:
+    """The shape of a row of each field."""
+    return {
+        "observations": (env.observation_size,),
+        "actions": (env.action_size,),
+        "terminals": (),
+        "qpos": (env.scene.model.nq,),
+        "qvel": (env.scene.model.nv,),
+    }
 
 
 def _chunk(rows: int) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 
 from pigbench.data import manifest, shard
 from pigbench.data.manifest import Manifest, ShardRecord, Spec
+from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError, lookup
 from pigbench.support import files
 
@@ -28,10 +29,24 @@ class Split:
         """How many rows all shards have together."""
         return sum(record.rows for record in self.records)
 
+    @property
+    def episode_ends(self) -> np.ndarray:
+        """Each episode's last row, (episodes,); no file is read where all are equally long."""
+        length = self.spec.rows_per_episode
+        if not length:
+            return np.flatnonzero(self.concatenate("terminals"))
+        return np.arange(length, self.rows + 1, length) - 1
+
     def shards(self, field: str) -> list[np.ndarray]:
         """The field of each shard, mapped from the disk and read-only."""
         lookup("field", dict.fromkeys(self.spec.fields), field)
+        files.allow_many_open()  # Python keeps a file open for each mapping
         return [shard.read(self.folder, record, field) for record in self.records]
+
+    def mapped(self, field: str) -> MappedArray:
+        """The field of all shards, (rows, ...), of which only the rows asked for are read."""
+        paths = [self.folder / record.name / shard.file_name(field) for record in self.records]
+        return MappedArray(self.shards(field), paths)
 
     def concatenate(self, field: str) -> np.ndarray:
         """The field of all shards in memory: (rows, ...). Raises UserError when it holds NaN."""

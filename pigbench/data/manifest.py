@@ -2,10 +2,13 @@
 
 The manifest is the file `manifest.json` of a data set's folder. It holds no time stamps, and its
 shards are in the order of the plan whatever order they were written in: same data, same bytes.
+While a data set is being written, `shards.jsonl` beside it tells of further finished shards, a line
+each: a manifest written anew for every shard would cost the square of their number.
 """
 
 import dataclasses
 import itertools
+import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +18,7 @@ from pigbench.support import files
 
 FORMAT = 1
 FILE_NAME = "manifest.json"
+JOURNAL = "shards.jsonl"
 
 
 class Shard(NamedTuple):
@@ -40,8 +44,8 @@ class Spec:
         engine: the physics engine.
         seed: the seed that every random key is derived from.
         episodes: how many episodes to simulate for each split, those that diverge included.
-        episodes_per_shard: how many of them share one shard.
-        rows_per_episode: the rows of an episode, its last state included.
+        episodes_per_shard: how many of them share one shard; of each shard by split, if unequal.
+        rows_per_episode: the rows of an episode, its last state included; 0 if they differ.
         fields: names of the stored fields, of those in `pigbench.data.shard.DTYPES`.
         layout: (name, size) of each term of an observation, in order.
         action_size: how many numbers an action has.
@@ -54,7 +58,7 @@ class Spec:
     engine: str
     seed: int
     episodes: Mapping[str, int]
-    episodes_per_shard: int
+    episodes_per_shard: int | Mapping[str, tuple[int, ...]]
     rows_per_episode: int
     fields: tuple[str, ...]
     layout: tuple[tuple[str, int], ...]
@@ -69,14 +73,20 @@ class Spec:
     def plan(self) -> tuple[Shard, ...]:
         """The shards of the complete data set."""
         pieces = [
-            (f"{split}-{position:05d}", split, min(self.episodes_per_shard, asked - start))
+            (f"{split}-{position:05d}", split, episodes)
             for split, asked in sorted(self.episodes.items())
-            for position, start in enumerate(range(0, asked, self.episodes_per_shard))
+            for position, episodes in enumerate(self._shard_sizes(split, asked))
         ]
         return tuple(
             Shard(name, split, number, episodes)
             for number, (name, split, episodes) in enumerate(pieces)
         )
+
+    def _shard_sizes(self, split: str, asked: int) -> Iterable[int]:
+        most = self.episodes_per_shard
+        if isinstance(most, int):
+            return (min(most, asked - start) for start in range(0, asked, most))
+        return most[split]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -126,8 +136,14 @@ class Manifest:
 
 
 def write(folder: Path, manifest: Manifest) -> None:
-    """Replaces the manifest of the data set in `folder`."""
+    """Replaces the manifest of the data set in `folder`, and what else tells of its shards."""
     files.write_json(folder / FILE_NAME, {"format": FORMAT, **dataclasses.asdict(manifest)})
+    (folder / JOURNAL).unlink(missing_ok=True)
+
+
+def add(folder: Path, record: ShardRecord) -> None:
+    """Adds a finished shard to the data set in `folder`, at a cost that is always the same."""
+    files.append_line(folder / JOURNAL, json.dumps(dataclasses.asdict(record)))
 
 
 def read(folder: Path) -> Manifest:
@@ -145,10 +161,12 @@ def read(folder: Path) -> Manifest:
     if version != FORMAT:
         raise UserError(f"{path} has format {version!r}; this version reads format {FORMAT}")
     try:
-        return Manifest(
+        manifest = Manifest(
             spec=_spec(content["spec"]),
             shards=tuple(_shard_record(shard) for shard in content["shards"]),
         )
+        added = [_shard_record(shard) for shard in _journal(folder)]
+        return manifest.with_shards([*manifest.shards, *added]) if added else manifest
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(f"{path} is torn: {error}") from None
 
@@ -182,10 +200,20 @@ def describe(manifest: Manifest) -> str:
     return "\n".join(f"{name:<{width}}  {text}" for name, text in lines.items())
 
 
+def _journal(folder: Path) -> list[Mapping[str, Any]]:
+    """What was added; a line that a crash cut off, the last one, is left out."""
+    path = folder / JOURNAL
+    text = files.read_text(path) if path.exists() else ""
+    return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+
+
 def _spec(content: Mapping[str, Any]) -> Spec:
     fields = tuple(content["fields"])
     layout = tuple((name, size) for name, size in content["layout"])
-    return Spec(**{**content, "fields": fields, "layout": layout})
+    sizes = content["episodes_per_shard"]
+    if not isinstance(sizes, int):
+        sizes = {split: tuple(own) for split, own in sizes.items()}
+    return Spec(**{**content, "fields": fields, "layout": layout, "episodes_per_shard": sizes})
 
 
 def _shard_record(content: Mapping[str, Any]) -> ShardRecord:

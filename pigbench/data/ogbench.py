@@ -1,22 +1,26 @@
 """OGBench's files: `F.npz` for training and `F-val.npz` for validation, an array a field.
 
 Their rows are those of our shards, one after the other: whole episodes, `terminals` true on the
-last row. Data passes through shard by shard, so that the memory needed is that of one shard.
+last row. Files of what OGBench's loaders return are read too: with `valids`, false on an episode's
+last row, or with `next_observations`, where a row is a transition. Data passes through file by
+file, a large one in pieces.
 """
 
 import contextlib
+import dataclasses
+import itertools
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
 from pigbench import envs
-from pigbench.data import shard
+from pigbench.data import collect, shard
 from pigbench.data.dataset import Dataset, Split, sizes
-from pigbench.data.manifest import Spec
+from pigbench.data.manifest import Shard, ShardRecord, Spec
 from pigbench.data.writer import Writer
 from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
@@ -25,8 +29,8 @@ from pigbench.support.progress import Progress
 
 SUFFIX = ".npz"
 _ENDINGS = {"train": "", "val": "-val"}  # of a split's file name, before the suffix
-_REQUIRED = ("observations", "actions", "terminals")
-_EPISODES_PER_SHARD = 50
+_MOST_EPISODES = 1000  # of a shard, and so of a piece: OGBench's files have as many
+_NEXT, _VALIDS = "next_observations", "valids"
 _READ_HEADER = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
@@ -40,37 +44,86 @@ def split_paths(path: Path) -> dict[str, Path]:
     return {split: path.with_stem(path.stem + ending) for split, ending in _ENDINGS.items()}
 
 
-def write(dataset: Dataset, path: Path) -> None:
-    """Writes the data set as OGBench's pair of files, each whole or not at all.
+def write(dataset: Dataset, path: Path, *, rows_per_file: int | None = None) -> list[Path]:
+    """Writes the data set as OGBench's pair of files, each whole or not at all, and returns them.
 
-    Raises UserError when a split is empty: OGBench's loaders read both.
+    With `rows_per_file`, they are numbered, F-000.npz and so on, and hold so many rows at most, or
+    one shard. Raises UserError when a split is empty: OGBench's loaders read both.
     """
-    paths = split_paths(path)
+    split_paths(path)
     if not path.parent.is_dir():
         raise UserError(f"{path.parent} is no folder")
-    splits = {name: dataset.split(name) for name in paths}
-    total = sum(len(split.records) * len(split.spec.fields) for split in splits.values())
+    written = {
+        split_paths(path.with_stem(f"{path.stem}{number}"))[name]: part
+        for name in _ENDINGS
+        for number, part in _parts(dataset.split(name), rows_per_file)
+    }
+    total = sum(len(part.records) * len(part.spec.fields) for part in written.values())
     with Progress("export", total=total, unit="files") as progress:
-        for name, split in splits.items():
-            _write_file(paths[name], split, progress)
+        for file, part in written.items():
+            _write_file(file, part, progress)
+    return list(written)
 
 
-def read(path: Path, *, environment: str, physics: str, folder: Path) -> None:
-    """Makes a data set in `folder` of OGBench's pair of files, or continues one that was cut off.
+def _parts(split: Split, rows_per_file: int | None) -> Iterator[tuple[str, Split]]:
+    """The endings of numbered files, and the shards of each."""
+    if rows_per_file is None:
+        yield "", split
+        return
+    parts: list[list[ShardRecord]] = [[]]
+    for record in split.records:
+        if parts[-1] and sum(one.rows for one in parts[-1]) + record.rows > rows_per_file:
+            parts.append([])
+        parts[-1].append(record)
+    for number, records in enumerate(parts):
+        yield f"-{number:03d}", dataclasses.replace(split, records=tuple(records))
 
-    Numbers become float32, as OGBench's own loader has them. `physics` is the profile in which
+
+def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path) -> None:
+    """Makes a data set in `folder` of OGBench's files, or continues one that was cut off.
+
+    `paths` are files of training, or folders of them; the files of validation beside them are read
+    too. Numbers become float32, as OGBench's own loader has them. `physics` is the profile in which
     policies trained on the data are evaluated. Raises UserError when a file is missing or torn, or
     when its arrays are not those of the environment.
     """
     env = envs.make(environment, profile=physics)
-    with contextlib.ExitStack() as stack:
-        sources = {
-            split: stack.enter_context(_Source(file)) for split, file in split_paths(path).items()
-        }
-        for source in sources.values():
-            source.check(env)
-        spec = _spec(env, path.stem, sources)
-        _fill(Writer(folder, spec), spec, sources)
+    found = _files(paths)
+    total = sum(map(len, found.values()))
+    with Progress("opening", total=total, unit="files") as progress:
+        sources = {split: [_open(env, file, progress) for file in found[split]] for split in found}
+    spec = _spec(env, sources)
+    writer = Writer(folder, spec)
+    share = sum(part.episodes for part in writer.missing()) / sum(spec.episodes.values())
+    rows = sum(source.rows for own in sources.values() for source in own)
+    collect.require_room(env, spec.fields, round(share * rows), folder)
+    _fill(writer, spec, sources)
+
+
+def _files(paths: Sequence[Path]) -> dict[str, list[Path]]:
+    """The files of each split: those of training that are named, and what there is beside them."""
+    named = [
+        file
+        for path in paths
+        for file in (sorted(path.glob(f"*{SUFFIX}")) if path.is_dir() else [path])
+    ]
+    train = [file for file in named if not file.stem.endswith(_ENDINGS["val"])]
+    if not train:
+        raise UserError(f"{', '.join(map(str, paths))} holds no {SUFFIX} file of training")
+    pairs = [split_paths(file) for file in train]
+    names = [file.name for file in train]
+    for name in names:
+        if names.count(name) > 1:
+            raise UserError(f"two files are named {name}: rename one")
+    val = [pair["val"] for pair in pairs if pair["val"].is_file()]
+    return {"train": train, "val": val or [pairs[0]["val"]]}
+
+
+def _open(env: CubeEnv, file: Path, progress: Progress) -> "_Source":
+    source = _Source(file)
+    source.check(env)
+    progress.advance(1, file.name)
+    return source
 
 
 def _write_file(path: Path, split: Split, progress: Progress) -> None:
@@ -86,137 +139,213 @@ def _write_file(path: Path, split: Split, progress: Progress) -> None:
                     progress.advance(1, path.name)
 
 
-def _spec(env: CubeEnv, name: str, sources: Mapping[str, "_Source"]) -> Spec:
-    first, *others = sources.values()
-    length = first.episode_length
-    for source in others:
-        if source.episode_length != length:
-            raise UserError(
-                f"{source.path} has episodes of {source.episode_length} rows, {first.path} of "
-                f"{length}: all must be equally long"
-            )
+def _spec(env: CubeEnv, sources: Mapping[str, Sequence["_Source"]]) -> Spec:
+    every = list(itertools.chain(*sources.values()))
+    lengths = np.unique(np.concatenate([source.lengths for source in every]))
     return Spec(
         environment=env.spec.name,
-        policy=name,
+        policy=every[0].path.stem,
         physics=env.scene.profile,
         engine=env.backend,
         seed=0,
-        episodes={split: source.rows // length for split, source in sources.items()},
-        episodes_per_shard=_EPISODES_PER_SHARD,
-        rows_per_episode=length,
-        fields=tuple(f for f in first.fields if all(f in other.fields for other in others)),
+        episodes={
+            split: sum(len(source.lengths) for source in own) for split, own in sources.items()
+        },
+        episodes_per_shard={
+            split: tuple(count for source in own for count in source.pieces())
+            for split, own in sources.items()
+        },
+        rows_per_episode=int(lengths[0]) if len(lengths) == 1 else 0,
+        fields=tuple(field for field in every[0].fields if all(field in s.fields for s in every)),
         layout=sizes(env.layout),
         action_size=env.action_size,
-        versions={
-            source.path.name: f"SHA-256 {files.sha256(source.path)}" for source in sources.values()
-        },
+        versions={source.path.name: f"SHA-256 {source.sha256}" for source in every},
     )
 
 
-def _fill(writer: Writer, spec: Spec, sources: Mapping[str, "_Source"]) -> None:
-    missing = writer.missing()
-    total = sum(source.rows for source in sources.values())
+def _fill(writer: Writer, spec: Spec, sources: Mapping[str, Sequence["_Source"]]) -> None:
+    missing = set(writer.missing())
+    total = sum(source.rows for own in sources.values() for source in own)
     with Progress("import", total=total, unit="rows") as progress:
-        for split, source in sources.items():
-            parts = [part for part in spec.plan() if part.split == split]
-            counts = [part.episodes * spec.rows_per_episode for part in parts]
-            pieces = [source.pieces(field, counts) for field in spec.fields]
-            for part, *arrays in zip(parts, *pieces, strict=True):
-                if part in missing:
-                    content = dict(zip(spec.fields, arrays, strict=True))
-                    for field, array in content.items():
-                        problem = shard.field_problem(spec, field, array, rows=len(array))
-                        if problem is not None:
-                            raise UserError(f"{source.path}: {part.name} of {field} {problem}")
-                    writer.write(part, content)
-                progress.advance(part.episodes * spec.rows_per_episode, part.name)
+        for split, own in sources.items():
+            planned = (part for part in spec.plan() if part.split == split)
+            for source in own:
+                parts = list(itertools.islice(planned, len(source.pieces())))
+                if missing.isdisjoint(parts):
+                    progress.advance(source.rows, source.path.name)
+                else:
+                    _fill_from(source, parts, missing, writer, spec, progress)
+
+
+def _fill_from(
+    source: "_Source",
+    parts: Sequence[Shard],
+    missing: set[Shard],
+    writer: Writer,
+    spec: Spec,
+    progress: Progress,
+) -> None:
+    for part, arrays in zip(parts, source.read(spec.fields), strict=True):
+        rows = len(arrays["terminals"])
+        if part in missing:
+            for field, array in arrays.items():
+                problem = shard.field_problem(spec, field, array, rows=rows)
+                if problem is not None:
+                    raise UserError(f"{source.path}: {part.name} of {field} {problem}")
+            writer.write(part, arrays)
+        progress.advance(rows, part.name)
 
 
 class _Source:
-    """One of the files, opened for reading: a context manager. Raises UserError when it is torn."""
+    """One of the files.
+
+    Attributes:
+        fields: the fields of a shard that it holds.
+        lengths: the rows of each episode, (episodes,), with its last state.
+
+    Raises UserError when it is torn.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         if not path.is_file():
             raise UserError(f"{path} does not exist")
-        with self._explaining():
-            self._archive = zipfile.ZipFile(path)
-        stored = self._archive.namelist()
-        self.fields = tuple(field for field in shard.DTYPES if shard.file_name(field) in stored)
-        for field in _REQUIRED:
-            if field not in self.fields:
+        with self._archive() as archive:
+            self._stored = {name.removesuffix(".npy") for name in archive.namelist()}
+        # Where a row is a transition, the last state of an episode has no position and velocity.
+        self._transitions = _NEXT in self._stored
+        kept = ("observations", "actions") if self._transitions else tuple(shard.DTYPES)
+        ending = _VALIDS if _VALIDS in self._stored else "terminals"
+        for field in ("observations", "actions", ending):
+            if field not in self._stored:
                 raise UserError(f"{path} has no {field}")
-        self.rows = self._header("terminals")[0]
-        self.episode_length = self._episode_length()
+        self.fields = tuple(
+            field
+            for field in shard.DTYPES
+            if field == "terminals" or field in self._stored & {*kept}
+        )
+        (ends,) = self._pieces(ending, [self._shape(ending)[0]])
+        ends = np.flatnonzero(ends == (ending != _VALIDS))
+        self._stored_lengths = np.diff(ends, prepend=-1)
+        self._stored_rows = self._shape(ending)[0]
+        if not len(ends):
+            raise UserError(f"{path} has no whole episode: its {ending} tell of no last row")
+        if ends[-1] != self._stored_rows - 1:
+            raise UserError(
+                f"{path} ends within an episode: the last whole one ends in row {ends[-1]}"
+            )
+        self.lengths = self._stored_lengths + self._transitions
 
-    def __enter__(self) -> "_Source":
-        return self
+    @property
+    def rows(self) -> int:
+        """Rows of all episodes."""
+        return int(self.lengths.sum())
 
-    def __exit__(self, *_: object) -> None:
-        self._archive.close()
+    @property
+    def sha256(self) -> str:
+        """What identifies the file."""
+        return files.sha256(self.path)
+
+    def pieces(self) -> list[int]:
+        """Episodes of each shard that is made of the file."""
+        starts = range(0, len(self.lengths), _MOST_EPISODES)
+        return [min(_MOST_EPISODES, len(self.lengths) - start) for start in starts]
 
     def check(self, env: CubeEnv) -> None:
         """Raises UserError unless all arrays have the environment's shapes."""
-        row_shapes = {
-            "observations": (env.observation_size,),
-            "actions": (env.action_size,),
-            "terminals": (),
-            "qpos": (env.scene.model.nq,),
-            "qvel": (env.scene.model.nv,),
-        }
-        for field in self.fields:
-            shape, expected = self._header(field), (self.rows, *row_shapes[field])
+        row_shapes = collect.row_shapes(env)
+        row_shapes |= {_NEXT: row_shapes["observations"], _VALIDS: ()}
+        for field, row_shape in row_shapes.items():
+            if field not in self._stored:
+                continue
+            shape, expected = self._shape(field), (self._stored_rows, *row_shape)
             if shape != expected:
                 raise UserError(
                     f"{self.path} does not fit {env.spec.name}: {field} has shape {shape} instead "
                     f"of {expected}"
                 )
 
-    def pieces(self, field: str, counts: Iterable[int]) -> Iterator[np.ndarray]:
-        """The array's rows in pieces of so many rows, in the type of our shards."""
-        with self._explaining(), self._archive.open(shard.file_name(field)) as file:
-            (_, *row_shape), dtype = _read_header(file)
-            for rows in counts:
-                shape = (rows, *row_shape)
-                data = file.read(int(np.prod(shape)) * dtype.itemsize)
-                array = np.frombuffer(data, dtype).reshape(shape)
-                yield array.astype(shard.DTYPES[field], copy=False)
+    def read(self, fields: Sequence[str]) -> Iterator[dict[str, np.ndarray]]:
+        """The fields of each piece, in the types of our shards."""
+        bounds = np.cumsum([0, *self.pieces()])
+        pieces = [self._stored_lengths[start:stop] for start, stop in itertools.pairwise(bounds)]
+        counts = [int(piece.sum()) for piece in pieces]
+        names = [field for field in fields if field != "terminals"]
+        names += [_NEXT] if self._transitions else []
+        arrays = {name: self._pieces(name, counts) for name in names}
+        for piece in pieces:
+            content = {name: next(array) for name, array in arrays.items()}
+            ends = np.cumsum(piece) - 1
+            if self._transitions:
+                content = self._with_last_states(content, ends)
+                ends = np.cumsum(piece + 1) - 1
+            terminals = np.zeros(len(content["actions"]), bool)
+            terminals[ends] = True
+            yield {field: {**content, "terminals": terminals}[field] for field in fields}
 
-    def _header(self, field: str) -> tuple[int, ...]:
-        with self._explaining(), self._archive.open(shard.file_name(field)) as file:
-            shape, dtype = _read_header(file)
+    def _with_last_states(
+        self, content: Mapping[str, np.ndarray], ends: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Rows of states, of rows of transitions; no action is known of an episode's last state."""
+        observations, after = content["observations"], content[_NEXT]
+        same = (observations[1:] == after[:-1]).all(axis=1)
+        same[ends[:-1]] = True
+        if not same.all():
+            raise UserError(
+                f"{self.path}: {_NEXT} are not the observations of the next row (first in row "
+                f"{same.argmin()} of a piece)"
+            )
+        return {
+            "observations": np.insert(observations, ends + 1, after[ends], axis=0),
+            "actions": np.insert(content["actions"], ends + 1, 0, axis=0),
+        }
+
+    def _pieces(self, field: str, counts: Iterable[int]) -> Iterator[np.ndarray]:
+        """The array's rows in pieces of so many rows, in the type of our shards."""
+        like = "observations" if field == _NEXT else "terminals" if field == _VALIDS else field
+        with self._archive() as archive, archive.open(shard.file_name(field)) as file:
+            (length, *row_shape), dtype, by_column = _read_header(file)
+            if by_column:  # nothing of it is whole before its end
+                data = np.frombuffer(_read(file, (length, *row_shape), dtype), dtype)
+                whole = data.reshape((length, *row_shape), order="F")
+                bounds = itertools.pairwise(itertools.accumulate(counts, initial=0))
+                parts = (whole[start:stop] for start, stop in bounds)
+            else:
+                shapes = ((rows, *row_shape) for rows in counts)
+                parts = (
+                    np.frombuffer(_read(file, shape, dtype), dtype).reshape(shape)
+                    for shape in shapes
+                )
+            for part in parts:
+                yield part.astype(shard.DTYPES[like], copy=False)
+
+    def _shape(self, field: str) -> tuple[int, ...]:
+        with self._archive() as archive, archive.open(shard.file_name(field)) as file:
+            shape, dtype, _ = _read_header(file)
         if dtype.kind not in "fbiu":
             raise UserError(f"{self.path} holds {field} of type {dtype}, not numbers")
         return shape
 
-    def _episode_length(self) -> int:
-        terminals = next(self.pieces("terminals", [self.rows]))
-        if not terminals.any():
-            raise UserError(f"{self.path} has no whole episode: its terminals are nowhere true")
-        length = int(terminals.argmax()) + 1
-        wrong = terminals != (np.arange(1, self.rows + 1) % length == 0)
-        if wrong.any() or self.rows % length:
-            row = int(wrong.argmax()) if wrong.any() else self.rows - 1
-            raise UserError(
-                f"{self.path} has episodes of unequal lengths: the first ends after {length} rows, "
-                f"but terminals say otherwise in row {row}"
-            )
-        return length
-
     @contextlib.contextmanager
-    def _explaining(self) -> Iterator[None]:
+    def _archive(self) -> Iterator[zipfile.ZipFile]:
         try:
-            yield
+            with zipfile.ZipFile(self.path) as archive:
+                yield archive
         except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, RuntimeError) as error:
             raise UserError(f"{self.path} is torn: {error}") from None
 
 
-def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
-    """Shape and type of the array in a `.npy` file, whose data follows. Raises ValueError."""
+def _read(file: IO[bytes], shape: tuple[int, ...], dtype: np.dtype) -> bytes:
+    return file.read(int(np.prod(shape)) * dtype.itemsize)
+
+
+def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype, bool]:
+    """Shape and type of the array in a `.npy` file, whose data follows, column by column or not.
+
+    Raises ValueError.
+    """
     version = np.lib.format.read_magic(file)
     if version not in _READ_HEADER:
         raise ValueError(f"an array of format {version}")
     shape, fortran_order, dtype = _READ_HEADER[version](file)
-    if fortran_order and len(shape) > 1:
-        raise ValueError("an array is stored column by column")
-    return shape, dtype
+    return shape, dtype, fortran_order and len(shape) > 1

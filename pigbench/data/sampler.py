@@ -1,6 +1,6 @@
 """Batches with relabelled goals, as a pure function of a key.
 
-Drawing indices is apart from gathering rows, so rows may live on the device or on the host.
+Drawing indices is apart from gathering rows, so rows may live on the device or on the disk.
 """
 
 import jax
@@ -11,15 +11,19 @@ from jax.typing import ArrayLike
 
 from pigbench.agents import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.data.dataset import Split
+from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError
 
 
 @struct.dataclass
 class Rows:
-    """A data set's rows; episodes are contiguous, and an episode's last row has no successor."""
+    """A data set's rows; episodes are contiguous, and an episode's last row has no successor.
 
-    observations: jax.Array  # (N, observation_size)
-    actions: jax.Array  # (N, action_size)
+    Those of a data set that is too large for the device stay on the disk, and are gathered there.
+    """
+
+    observations: jax.Array | MappedArray  # (N, observation_size)
+    actions: jax.Array | MappedArray  # (N, action_size)
     episode_ends: jax.Array  # (E,) int32: each episode's last row, ascending up to N - 1
 
     @classmethod
@@ -29,14 +33,12 @@ class Rows:
         Raises `UserError` if the last episode has no end or no row has a successor.
         """
         terminals = np.asarray(terminals, dtype=bool)
-        if terminals.all():
-            raise UserError("the data set has no transition: an episode needs at least two rows")
-        if not terminals[-1]:
+        if not terminals[-1:].all():
             raise UserError("the data set's last row is not terminal: its last episode is cut off")
         return cls(
             jnp.asarray(observations),
             jnp.asarray(actions),
-            jnp.asarray(np.flatnonzero(terminals), jnp.int32),
+            _checked(np.flatnonzero(terminals), rows=len(terminals)),
         )
 
     @classmethod
@@ -44,6 +46,18 @@ class Rows:
         """All rows of a data set's split, on the device."""
         fields = ("observations", "actions", "terminals")
         return cls.create(*(split.concatenate(field) for field in fields))
+
+    @classmethod
+    def on_disk(cls, split: Split) -> "Rows":
+        """All rows of a data set's split, of which those gathered are read."""
+        ends = _checked(split.episode_ends, rows=split.rows)
+        return cls(split.mapped("observations"), split.mapped("actions"), ends)
+
+
+def _checked(episode_ends: np.ndarray, *, rows: int) -> jax.Array:
+    if len(episode_ends) == rows:
+        raise UserError("the data set has no transition: an episode needs at least two rows")
+    return jnp.asarray(episode_ends, jnp.int32)
 
 
 @struct.dataclass
@@ -72,27 +86,36 @@ def sample(key: jax.Array, rows: Rows, sampling: Sampling, batch_size: int) -> B
 
 
 def gather(rows: Rows, indices: Indices) -> Batch:
-    """The batch that `indices` describe."""
+    """The batch that `indices` describe, NumPy's of rows on the disk: (..., B) give (..., B, o)."""
+    starts, subgoals = indices.starts, indices.subgoals
+    wanted = [starts, starts + 1, indices.value_goals, indices.actor_goals]
+    if subgoals:
+        wanted += [
+            subgoals.value_subgoals,
+            subgoals.actor_subgoals,
+            subgoals.low_value_goals,
+            subgoals.low_actor_goals,
+        ]
+    # In one go: a file of rows on the disk is looked at once.
+    states = rows.observations[starts.__array_namespace__().stack(wanted)]
     return Batch(
-        observations=rows.observations[indices.starts],
-        actions=rows.actions[indices.starts],
-        next_observations=rows.observations[indices.starts + 1],
-        value_goals=rows.observations[indices.value_goals],
-        value_success=_same(indices.value_goals, indices.starts),
-        actor_goals=rows.observations[indices.actor_goals],
-        subgoals=_gather_subgoals(rows, indices, indices.subgoals) if indices.subgoals else None,
-    )
-
-
-def _gather_subgoals(rows: Rows, indices: Indices, subgoals: SubgoalIndices) -> Subgoals:
-    return Subgoals(
-        value_subgoals=rows.observations[subgoals.value_subgoals],
-        value_steps=subgoals.value_subgoals - indices.starts,
-        value_success=_same(subgoals.value_subgoals, indices.value_goals),
-        actor_subgoals=rows.observations[subgoals.actor_subgoals],
-        low_value_goals=rows.observations[subgoals.low_value_goals],
-        low_value_success=_same(subgoals.low_value_goals, indices.starts),
-        low_actor_goals=rows.observations[subgoals.low_actor_goals],
+        observations=states[0],
+        actions=rows.actions[starts],
+        next_observations=states[1],
+        value_goals=states[2],
+        value_success=_same(indices.value_goals, starts),
+        actor_goals=states[3],
+        subgoals=Subgoals(
+            value_subgoals=states[4],
+            value_steps=subgoals.value_subgoals - starts,
+            value_success=_same(subgoals.value_subgoals, indices.value_goals),
+            actor_subgoals=states[5],
+            low_value_goals=states[6],
+            low_value_success=_same(subgoals.low_value_goals, starts),
+            low_actor_goals=states[7],
+        )
+        if subgoals
+        else None,
     )
 
 

@@ -3,6 +3,7 @@
 `terminals` is true on an episode's last row: where it is false, rows i and i + 1 are a transition.
 """
 
+import errno
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -35,13 +36,15 @@ def write(
     ValueError when it is not what the specification says.
     """
     episodes = shard.episodes - dropped
-    rows = episodes * spec.rows_per_episode
     if set(arrays) != set(spec.fields):
         raise ValueError(f"{shard.name} has fields {sorted(arrays)}, not {sorted(spec.fields)}")
+    rows = episodes * spec.rows_per_episode or len(arrays["terminals"])
     for field, array in arrays.items():
         problem = field_problem(spec, field, array, rows=rows)
         if problem is not None:
             raise ValueError(f"{field} of {shard.name} {problem}")
+    if np.sum(arrays["terminals"]) != episodes:
+        raise ValueError(f"terminals of {shard.name} do not end {episodes} episodes")
     with files.replacing_folder(folder / shard.name) as new:
         for field in spec.fields:
             _write_array(new / file_name(field), arrays[field])
@@ -54,7 +57,9 @@ def read(folder: Path, record: ShardRecord, field: str) -> np.ndarray:
     path = folder / record.name / file_name(field)
     try:
         return np.load(path, mmap_mode="r")
-    except (OSError, ValueError, EOFError):
+    except (OSError, ValueError, EOFError) as error:
+        if getattr(error, "errno", None) == errno.EMFILE:
+            raise UserError(f"{path} is one open file too many: raise `ulimit -n`") from None
         raise UserError(f"{path} is torn: no array can be read from it") from None
 
 
@@ -81,9 +86,11 @@ def field_problem(spec: Spec, field: str, array: np.ndarray, *, rows: int) -> st
     if array.shape != shape:
         return f"has shape {array.shape} instead of {shape}"
     if field == "terminals":
-        last_rows = np.arange(1, rows + 1) % spec.rows_per_episode == 0
-        bad = array != last_rows
-        complaint = f"does not end an episode every {spec.rows_per_episode} rows"
+        length = spec.rows_per_episode or rows
+        last_rows = np.arange(1, rows + 1) % length == 0
+        # Where lengths differ, only the last row is known to end an episode.
+        bad = (array != last_rows) & (last_rows | (spec.rows_per_episode > 0))
+        complaint = f"does not end an episode every {length} rows"
     else:
         bad = ~np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
         complaint = "holds NaN or infinity"

@@ -25,21 +25,26 @@ class Writer:
 
     def __init__(self, folder: Path, spec: Spec) -> None:
         self.folder = folder
-        self._manifest = _continue(folder, spec) if _is_begun(folder) else _begin(folder, spec)
+        begun = _continue(folder, spec) if _is_begun(folder) else _begin(folder, spec)
+        self._spec = begun.spec
+        self._planned = len(begun.spec.plan())
+        self._finished = {record.name: record for record in begun.shards}
 
     def missing(self) -> tuple[Shard, ...]:
         """The shards that are still to be written."""
-        return self._manifest.missing()
+        return tuple(part for part in self._spec.plan() if part.name not in self._finished)
 
     def write(self, part: Shard, arrays: Mapping[str, np.ndarray], *, dropped: int = 0) -> None:
         """Writes one shard, complete on return: the fields of its episodes, but those `dropped`.
 
         Raises ValueError when the arrays are not what the specification says.
         """
-        spec = self._manifest.spec
-        record = shard.write(self.folder, spec, part, arrays, dropped=dropped)
-        self._manifest = self._manifest.with_shards([*self._manifest.shards, record])
-        manifest.write(self.folder, self._manifest)
+        record = shard.write(self.folder, self._spec, part, arrays, dropped=dropped)
+        manifest.add(self.folder, record)
+        self._finished[record.name] = record
+        if len(self._finished) == self._planned:
+            complete = Manifest(self._spec).with_shards(self._finished.values())
+            manifest.write(self.folder, complete)
 
 
 def _is_begun(folder: Path) -> bool:
@@ -62,7 +67,7 @@ def _continue(folder: Path, spec: Spec) -> Manifest:
     whole = stored.with_shards(
         record for record in stored.shards if not any(shard.file_problems(folder, record))
     )
-    if whole != stored:
+    if whole != stored or (folder / manifest.JOURNAL).exists():
         manifest.write(folder, whole)
     for part in whole.missing():
         files.remove_folder(folder / part.name)

@@ -43,6 +43,7 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
         "data": data_folder(cell.environment, out),
         "out": folder,
         "preset": suite.preset,
+        "rows": suite.rows,
         "variant": cell.variant,
         "seed": cell.seed,
         "steps": cell.environment.steps,

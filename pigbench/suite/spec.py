@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pydantic
 
@@ -64,6 +64,7 @@ class Suite:
     seeds: tuple[Seed, ...]
     evaluation: Evaluation
     preset: str = "paper"
+    rows: Literal["auto", "device", "disk"] = "auto"  # where trainings keep the data's rows
     data: Data = field(default_factory=Data)
     agent: Mapping[str, Any] = field(default_factory=dict)
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: {"": {}})

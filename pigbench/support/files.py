@@ -9,6 +9,7 @@ import errno
 import hashlib
 import json
 import os
+import resource
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -97,6 +98,18 @@ def write_json(path: Path, value: Any) -> None:
     write_text(path, json.dumps(value, indent=1) + "\n")
 
 
+def append_line(path: Path, line: str) -> None:
+    """Adds a line to the file `path`, made if it is missing. A crash may leave a part of it."""
+    with explaining_full_disk(path):
+        is_new = not path.exists()
+        with open(path, "ab") as file:
+            file.write(f"{line}\n".encode())
+            file.flush()
+            os.fsync(file.fileno())
+        if is_new:
+            _sync(path.parent)
+
+
 def read_text(path: Path) -> str:
     """The content of `path`. Raises UserError when it is missing or not UTF-8."""
     try:
@@ -119,6 +132,20 @@ def sha256(path: Path) -> str:
     """The SHA-256 of the content of `path`, in hexadecimal."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def require_room(path: Path, need: int) -> None:
+    """Raises UserError unless the disk of the folder `path` has `need` bytes free."""
+    free = shutil.disk_usage(path).free
+    if free < need:
+        raise UserError(f"{path} needs {need / 1e9:.1f} GB more, and its disk has {free / 1e9:.1f}")
+
+
+def allow_many_open() -> None:
+    """Lets this process have as many files open as the system permits: often but 1,024 to begin."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with contextlib.suppress(ValueError, OSError):  # some systems permit less than they say
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
 def remove_folder(path: Path) -> None:

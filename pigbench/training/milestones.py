@@ -7,15 +7,17 @@ a new measure is a row in it.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from pigbench.envs import CubeEnv, State
 from pigbench.envs.contact import HOLDING_DISTANCE, TOUCHING_DISTANCE, feels
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import PhysicsState
+
+if TYPE_CHECKING:
+    from pigbench.envs import CubeEnv, State
 
 LIFT = 0.02
 """Metres above its start from which a cube is lifted: one tipped over an edge rises by 0.8 cm, over
@@ -156,12 +158,12 @@ def advance(so_far: Values, moment: Moment, active: jax.Array) -> Values:
     }
 
 
-def cubes(env: CubeEnv, state: State) -> jax.Array:
+def cubes(env: "CubeEnv", state: "State") -> jax.Array:
     """Where the cubes of one simulation are, (num_cubes, 3) in metres."""
     return cube_poses(env.scene, _physics(state))[0]
 
 
-def moment(env: CubeEnv, state: State, start: jax.Array) -> Moment:
+def moment(env: "CubeEnv", state: "State", start: jax.Array) -> Moment:
     """One simulation as measures see it; `start` is where its cubes began."""
     physics_state = _physics(state)
     return Moment(
@@ -175,5 +177,5 @@ def moment(env: CubeEnv, state: State, start: jax.Array) -> Moment:
     )
 
 
-def _physics(state: State) -> PhysicsState:
+def _physics(state: "State") -> PhysicsState:
     return state.pipeline_state  # pyright: ignore[reportReturnType]

@@ -11,15 +11,16 @@ checkpoints/      training states
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pigbench import agents
-from pigbench.agents import AgentConfig, Statistics
 from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.support.compare import require_same
+
+if TYPE_CHECKING:  # tables read runs, and do without agents and JAX
+    from pigbench.agents import AgentConfig, Statistics
 
 CONFIG_FILE = "config.json"
 PROVENANCE_FILE = "provenance.json"
@@ -84,7 +85,7 @@ class Run:
 
 
 def open_run(
-    path: Path, config: RunConfig, provenance: Mapping[str, Any], statistics: Statistics
+    path: Path, config: RunConfig, provenance: Mapping[str, Any], statistics: "Statistics"
 ) -> Run:
     """Begins the run in the folder `path`, or takes it up again.
 
@@ -118,8 +119,10 @@ def read_run(path: Path) -> Run:
         raise UserError(f"{config_path} is torn: {error}") from None
 
 
-def read_statistics(run: Run) -> Statistics | None:
+def read_statistics(run: Run) -> "Statistics | None":
     """Those of the data that the run learns from; None if it keeps none, as old ones do."""
+    from pigbench.agents import Statistics
+
     path = run.path / STATISTICS_FILE
     if not path.exists():
         return None
@@ -132,8 +135,10 @@ def read_statistics(run: Run) -> Statistics | None:
         raise UserError(f"{path} is torn: {error}") from None
 
 
-def agent_config(run: Run) -> AgentConfig:
+def agent_config(run: Run) -> "AgentConfig":
     """The run's agent configuration. Raises UserError if it is not of the method's kind."""
+    from pigbench import agents
+
     template = agents.get(run.config.method).config
     try:
         return _fill(template, run.config.agent)

@@ -8,19 +8,19 @@ import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
 
 from pigbench import agents, seeds
-from pigbench.agents import Agent, Metrics, TrainState
-from pigbench.data import sampler
+from pigbench.agents import Agent, Batch, Metrics, TrainState
 from pigbench.data.sampler import Rows
 from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
 from pigbench.support.progress import Progress
-from pigbench.training import episodes
+from pigbench.training import batches, episodes
+from pigbench.training.batches import Batches
 from pigbench.training.checkpoints import Checkpoints, common_step
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
 from pigbench.training.metrics import MetricsLog
@@ -28,6 +28,9 @@ from pigbench.training.milestones import BRIEF
 from pigbench.training.run import Run
 
 Tree = TypeVar("Tree")
+
+Updates = Callable[[Sequence[TrainState], int, int], tuple[list[TrainState], list[Metrics]]]
+"""States and the steps from and up to which they are updated: the states after, and means."""
 
 
 @dataclass(frozen=True)
@@ -57,15 +60,18 @@ def train(
     *,
     schedule: Schedule,
     evaluation: Evaluation,
+    remark: str = "",
 ) -> list[TrainState]:
     """Train to the schedule's end, from the last checkpoint that all `runs` have, if there is one.
 
-    The runs differ in their seeds alone, and are trained together, in one program.
+    The runs differ in their seeds alone, and are trained together, in one program. The progress
+    line ends with `remark`.
     """
     keys = [jax.random.split(seeds.key(run.config.seed)) for run in runs]
     evaluator = make_evaluator(env, agent, evaluation)
-    updates = make_updates(agent, [step_key for _, step_key in keys])
     with contextlib.ExitStack() as stack:
+        key = join([step_key for _, step_key in keys])
+        updates = make_updates(agent, key, stack.enter_context(batches.of(rows, agent, key)))
         checkpoints = [stack.enter_context(Checkpoints(run.checkpoints_path)) for run in runs]
         states = [agents.create(agent, init_key) for init_key, _ in keys]
         saved_step = common_step(checkpoints)
@@ -90,13 +96,14 @@ def train(
                 episodes.record(run.episodes_path, as_episodes(outcome, env, evaluation, step=step))
                 saved.save(state)
                 outcomes.append(outcome)
-            return _brief(outcomes)
+            return f"{_brief(outcomes)}{ending}"
 
-        note = evaluate_and_save() if saved_step is None else "resumed"
+        ending = remark and f", {remark}"
+        note = evaluate_and_save() if saved_step is None else f"resumed{ending}"
         progress.advance(0, note)
         while step < schedule.steps:
             stop = schedule.next_stop(step)
-            states, metrics = updates(states, rows, stop - step)
+            states, metrics = updates(states, step, stop)
             for log, one in zip(logs, metrics, strict=True):
                 log.write(stop, one)
             progress.advance(stop - step, note)
@@ -115,59 +122,74 @@ def _brief(outcomes: Sequence[Outcome]) -> str:
     return ", ".join(f"{name} {shares(name)} %" for name in BRIEF)
 
 
-def make_updates(
-    agent: Agent, keys: Sequence[jax.Array]
-) -> Callable[[Sequence[TrainState], Rows, int], tuple[list[TrainState], list[Metrics]]]:
-    """A function that does a number of updates of each state, and returns their metrics' means.
+def make_updates(agent: Agent, key: jax.Array, source: Batches) -> Updates:
+    """The updates of a seed of that `key`, or of several seeds together, (S,).
 
-    There is a state a key. Update t of a state draws its batch from `fold_in(key, t)` alone.
+    Update t of a seed draws its batch and all else from `fold_in(key, t)` alone.
     """
 
-    def update(state: TrainState, key: jax.Array, rows: Rows) -> tuple[TrainState, Metrics]:
-        batch_key, update_key = jax.random.split(jax.random.fold_in(key, state.step))
-        batch = sampler.sample(batch_key, rows, agent.sampling, agent.config.batch_size)
-        return agents.update(agent, state, batch, update_key)
-
     def loop(
-        state: TrainState, key: jax.Array, rows: Rows, count: int
+        state: TrainState, key: jax.Array, part: Any, start: int, stop: int
     ) -> tuple[TrainState, Metrics]:
-        _, metrics = jax.eval_shape(update, state, key, rows)
+        """The updates of a part, and the sums of their metrics."""
+
+        def batch(step: jax.Array | int) -> Batch:
+            batch_key, _ = batches.keys_of(key, step)
+            return source.batch(part, batch_key, step)
+
+        def update(
+            step: jax.Array | int, state: TrainState, batch: Batch
+        ) -> tuple[TrainState, Metrics]:
+            _, update_key = batches.keys_of(key, step)
+            return agents.update(agent, state, batch, update_key)
+
+        def body(step: jax.Array, carry: tuple[TrainState, Batch, Metrics]):
+            state, now, sums = carry
+            state, metrics = update(step, state, now)
+            return state, batch(step + 1), jax.tree.map(jnp.add, sums, metrics)
+
+        # Each turn is handed its batch: compiled apart from where the batch is from, an update
+        # comes to the same numbers whatever that is.
+        first = batch(start)
+        _, metrics = jax.eval_shape(update, start, state, first)
         sums = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), metrics)
+        state, _, sums = jax.lax.fori_loop(start, stop, body, (state, first, sums))
+        return state, sums
 
-        def body(_: int, carry: tuple[TrainState, Metrics]) -> tuple[TrainState, Metrics]:
-            state, sums = carry
-            state, metrics = update(state, key, rows)
-            return state, jax.tree.map(jnp.add, sums, metrics)
-
-        state, sums = jax.lax.fori_loop(0, count, body, (state, sums))
-        return state, jax.tree.map(lambda x: x / count, sums)
-
-    alone = jax.jit(loop, donate_argnums=0)
-
-    # Stacked within the program: outside, every leaf of every state would be a call of its own.
+    # Joined within the program: outside, every leaf of every state would be a call of its own.
     @partial(jax.jit, donate_argnums=0)
-    def together(
-        states: Sequence[TrainState], rows: Rows, count: int
-    ) -> tuple[list[TrainState], Metrics]:
-        vectorized = jax.vmap(loop, in_axes=(0, 0, None, None))
-        state, metrics = vectorized(_stack(states), jnp.stack(keys), rows, count)
-        return _unstack(state, len(keys)), metrics
+    def run(
+        states: Sequence[TrainState], key: jax.Array, part: Any, start: int, stop: int
+    ) -> tuple[list[TrainState], list[Metrics]]:
+        together = jax.vmap(loop, in_axes=(0, 0, source.axis, None, None))
+        state, sums = (together if key.ndim else loop)(join(states), key, part, start, stop)
+        return _part(state, len(states)), _part(sums, len(states))
 
     def updates(
-        states: Sequence[TrainState], rows: Rows, count: int
+        states: Sequence[TrainState], start: int, stop: int
     ) -> tuple[list[TrainState], list[Metrics]]:
-        if len(keys) == 1:
-            state, metrics = alone(states[0], keys[0], rows, count)
-            return [state], [jax.device_get(metrics)]
-        trained, metrics = together(states, rows, count)
-        return trained, _unstack(jax.device_get(metrics), len(keys))
+        sums, done = [], start
+        for part, end in source.parts(start, stop):
+            states, part_sums = run(states, key, part, done, end)
+            jax.block_until_ready(sums[-1:])  # so that two parts at most are on the device
+            sums.append(part_sums)
+            done = end
+        means = [
+            jax.tree.map(lambda *x: sum(x) / (stop - start), *own)
+            for own in zip(*jax.device_get(sums), strict=True)
+        ]
+        return list(states), means
 
     return updates
 
 
-def _stack(trees: Sequence[Tree]) -> Tree:
-    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *trees)
+def join(trees: Sequence[Tree]) -> Tree:
+    """Trees of several seeds as one, or that of one seed as it is."""
+    return jax.tree.map(lambda *x: jnp.stack(x), *trees) if len(trees) > 1 else trees[0]
 
 
-def _unstack(tree: Tree, count: int) -> list[Tree]:
+def _part(tree: Tree, count: int) -> list[Tree]:
+    """What `join` was given."""
+    if count == 1:
+        return [tree]
     return [jax.tree.map(lambda leaf: leaf[number], tree) for number in range(count)]  # noqa: B023

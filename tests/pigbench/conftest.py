@@ -59,7 +59,8 @@ def arrays_of(spec: Spec, part: Shard, *, dropped: int = 0) -> dict[str, np.ndar
         field: generator.normal(size=(rows, width)).astype(np.float32)
         for field, width in widths.items()
     }
-    return arrays | {"terminals": np.arange(rows) % 4 == 3}
+    last = spec.rows_per_episode - 1
+    return arrays | {"terminals": np.arange(rows) % spec.rows_per_episode == last}
 
 
 def write_dataset(folder: Path, spec: Spec = SPEC) -> None:

@@ -46,9 +46,14 @@ def exported(data, tmp_path) -> Path:
     return path
 
 
-def import_(path: Path, folder: Path) -> None:
-    command = ["data", "import", str(path), "--environment", NAME, "--out", str(folder)]
-    cli.run(command)
+@pytest.fixture(autouse=True)
+def small_shards(monkeypatch):
+    monkeypatch.setattr(ogbench, "_MOST_EPISODES", 50)
+
+
+def import_(path: Path | list[Path], folder: Path) -> None:
+    paths = [str(one) for one in (path if isinstance(path, list) else [path])]
+    cli.run(["data", "import", *paths, "--environment", NAME, "--out", str(folder)])
 
 
 def content(folder: Path) -> dict[tuple[str, str], np.ndarray]:
@@ -144,10 +149,9 @@ def test_an_import_cut_off_goes_on(tmp_path, theirs, monkeypatch):
         written.append(part)
         write(self, part, arrays)
 
-    monkeypatch.setattr(Writer, "write", killed)
-    with pytest.raises(KeyboardInterrupt):
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(Writer, "write", killed)
         import_(path, tmp_path / "cut")
-    monkeypatch.undo()
     with pytest.raises(UserError, match=r"unfinished: 3 of 4 shards .*pigbench data import"):
         dataset.load(tmp_path / "cut")
     import_(path, tmp_path / "cut")
@@ -192,17 +196,16 @@ WRONG = {
         "no whole episode",
     ),
     "no terminals": (changed("terminals", np.zeros_like), "no whole episode"),
-    "unequal episodes": (
-        changed("terminals", lambda a: a & (np.arange(480) != 7)),
-        r"the first ends after 4 rows, but .* row 7",
-    ),
     "a cut episode": (
         lambda arrays: [changed(field, lambda a: a[:-2])(arrays) for field in list(arrays)],
-        r"the first ends after 4 rows, but .* row 477",
+        r"ends within an episode: the last whole one ends in row 475",
     ),
     "no numbers": (changed("actions", lambda a: a.astype(str)), "actions of type <U.*, not numb"),
     "objects": (changed("actions", lambda a: a.astype(object)), "actions of type object"),
-    "columns first": (changed("qpos", np.asfortranarray), "torn: .* column by column"),
+    "next observations of another row": (
+        lambda arrays: arrays.update(next_observations=arrays["observations"]),
+        "next_observations are not the observations of the next row",
+    ),
     "NaN": (
         changed("qvel", lambda a: np.where(np.arange(480)[:, None] == 203, np.nan, a)),
         r"train-00001 of qvel holds NaN or infinity \(first in row 3\)",
@@ -218,10 +221,81 @@ def test_wrong_files_are_named(tmp_path, theirs, change, says):
         import_(path, tmp_path / "data")
 
 
-def test_splits_must_have_equally_long_episodes(tmp_path, theirs):
-    theirs["F-val"]["terminals"] = np.arange(32) % 8 == 7
-    with pytest.raises(UserError, match=r"F-val\.npz has episodes of 8 rows, .*F\.npz of 4"):
-        import_(save(tmp_path, theirs), tmp_path / "data")
+def assert_holds(folder: Path, theirs: dict[str, dict[str, np.ndarray]], *fields: str) -> None:
+    found = content(folder)
+    assert {field for _, field in found} == {*fields, "terminals"}
+    for (split, field), array in found.items():
+        expected = theirs["F" if split == "train" else "F-val"][field]
+        np.testing.assert_array_equal(array, expected.astype(shard.DTYPES[field]))
+    assert dataset.verify(folder) == []
+
+
+def test_episodes_may_differ_in_length(tmp_path, theirs):
+    ends = np.append(np.arange(1, 477, 7), 479)
+    theirs["F"]["terminals"] = np.isin(np.arange(480), ends)
+    import_(save(tmp_path, theirs), tmp_path / "data")
+    assert_holds(tmp_path / "data", theirs, *WIDTHS)
+    split = dataset.load(tmp_path / "data").split("train")
+    np.testing.assert_array_equal(split.episode_ends, ends)
+    assert [record.rows for record in split.records] == [2 + 49 * 7, 480 - 2 - 49 * 7]
+
+
+def test_arrays_may_be_stored_column_by_column(tmp_path, theirs):
+    for arrays in theirs.values():
+        arrays.update({field: np.asfortranarray(array) for field, array in arrays.items()})
+    import_(save(tmp_path, theirs), tmp_path / "data")
+    assert_holds(tmp_path / "data", theirs, *WIDTHS)
+
+
+@pytest.mark.parametrize("compact", [True, False])
+def test_what_ogbenchs_loader_returns_is_read(exported, data, tmp_path, compact):
+    loaded = {
+        name: load_dataset(exported.with_stem(name), compact_dataset=compact, add_info=True)
+        for name in ("F", "F-val")
+    }
+    (tmp_path / "loaded").mkdir()
+    import_(save(tmp_path / "loaded", loaded), tmp_path / "back")
+    before, after = content(data), content(tmp_path / "back")
+    assert {field for _, field in after} == {
+        *("observations", "actions", "terminals"),
+        *(("qpos", "qvel") if compact else ()),
+    }
+    for (split, field), array in after.items():
+        expected = before[split, field]
+        if field == "actions" and not compact:
+            expected = np.where(before[split, "terminals"][:, None], 0, expected)
+        np.testing.assert_array_equal(array, expected)
+
+
+def test_a_folder_of_files_is_one_data_set(tmp_path, theirs, monkeypatch):
+    """A file is a shard, if it has no more episodes than one holds."""
+    monkeypatch.setattr(ogbench, "_MOST_EPISODES", 1000)
+    (tmp_path / "files").mkdir()
+    expected = {"F": {}, "F-val": {}}
+    for number, episodes in enumerate((30, 7, 12)):
+        parts = {
+            "F": arrays_of(LENGTH * episodes, number),
+            "F-val": arrays_of(LENGTH * 2, 9 + number),
+        }
+        for name, arrays in parts.items():
+            for field, array in arrays.items():
+                expected[name].setdefault(field, []).append(array)
+        save(tmp_path / "files", {f"a{number}{name[1:]}": a for name, a in parts.items()})
+    whole = {
+        name: {field: np.concatenate(own) for field, own in arrays.items()}
+        for name, arrays in expected.items()
+    }
+    import_(tmp_path / "files", tmp_path / "data")
+    assert_holds(tmp_path / "data", whole, *WIDTHS)
+    loaded = dataset.load(tmp_path / "data")
+    assert [record.episodes for record in loaded.manifest.shards] == [30, 7, 12, 2, 2, 2]
+    named = [tmp_path / "files" / f"a{number}.npz" for number in range(3)]
+    import_(named, tmp_path / "named")
+    assert dataset.load(tmp_path / "named").digest == loaded.digest
+    with pytest.raises(UserError, match=r"two files are named a1\.npz"):
+        import_([*named, named[1]], tmp_path / "twice")
+    with pytest.raises(UserError, match=r"holds no \.npz file of training"):
+        import_(tmp_path / "data", tmp_path / "none")
 
 
 @pytest.mark.parametrize("name", ["F.npz", "F-val.npz"])
@@ -237,6 +311,20 @@ def test_missing_and_torn_files_are_named(tmp_path, theirs, name):
     (tmp_path / name).unlink()
     with pytest.raises(UserError, match=rf"{name} does not exist"):
         import_(path, tmp_path / "data")
+
+
+def test_an_export_in_files_of_a_size_comes_back(data, tmp_path):
+    (tmp_path / "files").mkdir()
+    options = ["--out", str(tmp_path / "files/F.npz"), "--rows-per-file", "12"]
+    cli.run(["data", "export", str(data), *options])
+    assert sorted(path.name for path in (tmp_path / "files").iterdir()) == [
+        *("F-000-val.npz", "F-000.npz", "F-001.npz")
+    ]
+    with np.load(tmp_path / "files/F-001.npz") as last:
+        assert len(last["actions"]) == 4  # of shards with 8, 4 and 4 rows
+    import_(tmp_path / "files", tmp_path / "back")
+    for key, array in content(data).items():
+        np.testing.assert_array_equal(array, content(tmp_path / "back")[key])
 
 
 def test_exports_that_cannot_be(data, tmp_path):

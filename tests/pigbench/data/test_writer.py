@@ -89,4 +89,23 @@ def test_a_full_disk_keeps_the_finished_shards(tmp_path, monkeypatch, spec, arra
     with pytest.raises(UserError, match="no space left on device"):
         writer.write(second, arrays(spec, second))
     assert [part.name for part in manifest.read(tmp_path / "data").shards] == [first.name]
-    assert set(os.listdir(tmp_path / "data")) == {"manifest.json", first.name}
+    assert set(os.listdir(tmp_path / "data")) == {"manifest.json", "shards.jsonl", first.name}
+
+
+def test_a_shard_costs_a_line_until_all_are_there(tmp_path, spec, arrays):
+    folder = tmp_path / "data"
+    writer = Writer(folder, spec)
+    first, second, *others = writer.missing()
+    before = (folder / "manifest.json").read_bytes()
+    for part in (first, second):
+        writer.write(part, arrays(spec, part))
+    assert (folder / "manifest.json").read_bytes() == before
+    journal = folder / "shards.jsonl"
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text(lines[0] + lines[1][:20])  # as a crash of the machine may leave it
+    assert [part.name for part in manifest.read(folder).shards] == [first.name]
+    writer = Writer(folder, spec)
+    for part in (second, *others):
+        writer.write(part, arrays(spec, part))
+    assert not journal.exists()
+    assert verify(folder) == []

@@ -1,5 +1,6 @@
 """Training that is killed and started again ends where an uninterrupted one does."""
 
+import itertools
 import shutil
 import signal
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 from pigbench import agents, cli
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
+from pigbench.training.batches import Drawn
 from pigbench.training.restore import Trained, restore
 from pigbench.training.train import Schedule, make_updates
 
@@ -73,12 +75,12 @@ def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
     )
     config = agents.get("gcivl").preset("cpu")
     agent = agents.build("gcivl", config, observation_size=4, action_size=2, layout={})
-    updates = make_updates(agent, [jax.random.key(3)])
+    updates = make_updates(agent, jax.random.key(3), Drawn(rows, agent))
 
     def after(*counts: int) -> list[np.ndarray]:
         states = [agents.create(agent, jax.random.key(0))]
-        for count in counts:
-            states, _ = updates(states, rows, count)
+        for start, stop in itertools.pairwise((0, *itertools.accumulate(counts))):
+            states, _ = updates(states, start, stop)
         return [np.asarray(leaf) for leaf in jax.tree.leaves(states)]
 
     for one, other in zip(after(7), after(3, 4), strict=True):
@@ -106,10 +108,14 @@ def test_seeds_trained_together_are_those_trained_alone(data, tmp_path):
     assert distance(five, alone) > training
 
 
-def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(data, tmp_path):
+@pytest.mark.parametrize("home", ["device", "disk"])
+def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(
+    data, tmp_path, capsys, home
+):
     train = ["train", "gcivl", "--data", str(data), "--out", str(tmp_path / "run"), *SMALL]
-    seeds = ["--seeds", "0", "1", "--vectorized"]
+    seeds = ["--seeds", "0", "1", "--vectorized", "--rows", home]
     cli.run([*train, *seeds])
+    assert f"rows on {home} (as asked)" in capsys.readouterr().err
     whole = {seed: (tmp_path / f"run/{seed}/metrics.jsonl").read_text() for seed in (0, 1)}
     shutil.rmtree(tmp_path / "run/1/checkpoints/20")
     cli.run([*train, *seeds])

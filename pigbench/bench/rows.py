@@ -1,0 +1,150 @@
+"""What is timed of rows: training from each of their homes, every one in a process of its own."""
+
+import dataclasses
+import multiprocessing
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from pigbench import agents, envs
+from pigbench.agents import Statistics
+from pigbench.bench.timing import Contender
+from pigbench.data import collect, dataset, homes
+from pigbench.data.homes import Home
+from pigbench.data.manifest import Shard, Spec
+from pigbench.data.writer import Writer
+from pigbench.envs.oracles import POLICIES
+from pigbench.errors import UserError
+from pigbench.support import files
+from pigbench.support.progress import Progress
+from pigbench.training import batches
+from pigbench.training.provenance import package_versions
+from pigbench.training.restore import agent_for
+from pigbench.training.train import make_updates
+
+_METHOD, _PRESET = "gcivl", "cpu"
+_EPISODE_LENGTH = 1001
+_EPISODES_PER_SHARD, _SIMULATED = 50, 5  # a shard holds the simulated episodes several times
+
+
+class Trainer:
+    """A process that trains on the data set in `folder`, its rows in one home."""
+
+    def __init__(self, folder: Path, home: str) -> None:
+        self._home = home
+        context = multiprocessing.get_context("spawn")
+        self._connection, theirs = context.Pipe()
+        self._process = context.Process(target=_serve, args=(theirs, folder, home), daemon=True)
+        self._process.start()
+        theirs.close()
+        self.seconds_to_open: float = self._answer()
+
+    def contender(self) -> Contender:
+        """Its updates; a unit is an update."""
+        return Contender(self._home, self._ask)
+
+    def resident(self) -> int:
+        """Bytes of memory that it keeps, without pages of files."""
+        return self._ask(0)
+
+    def close(self) -> None:
+        """Ends the process."""
+        self._process.terminate()
+        self._process.join()
+
+    def _ask(self, count: int) -> Any:
+        self._connection.send(count)
+        return self._answer()
+
+    def _answer(self) -> Any:
+        try:
+            return self._connection.recv()
+        except EOFError:
+            raise UserError(f"training with rows on {self._home} ended early") from None
+
+
+def _serve(connection: Connection, folder: Path, home: str) -> None:
+    """Tells the seconds to open the rows; then does updates, so many as it is sent, for ever.
+
+    Sent 0, it tells its resident bytes.
+    """
+    jax.devices()  # starting the device is no part of opening
+    begin = time.perf_counter()
+    data = dataset.load(folder)
+    split = data.split("train")
+    rows = homes.open_rows(split, Home(home, "as asked"))
+    jax.block_until_ready(rows.episode_ends)
+    connection.send(time.perf_counter() - begin)
+    env = envs.make(data.spec.environment)
+    config = agents.get(_METHOD).preset(_PRESET)
+    agent = agent_for(env, _METHOD, config, Statistics.of(rows.observations))
+    init_key, key = jax.random.split(jax.random.key(0))
+    states, done = [agents.create(agent, init_key)], 0
+    with batches.of(rows, agent, key) as source:
+        updates = make_updates(agent, key, source)
+        while True:
+            count = connection.recv()
+            if count:
+                states, _ = jax.block_until_ready(updates(states, done, done + count))
+                done += count
+            connection.send(None if count else _resident())
+
+
+def _resident() -> int:
+    """Bytes of memory that this process keeps, without pages of files."""
+    lines = files.read_text(Path("/proc/self/status")).splitlines()
+    values = dict(line.split(":", 1) for line in lines if ":" in line)
+    return sum(int(values[name].split()[0]) * 1024 for name in ("RssAnon", "RssShmem"))
+
+
+@contextmanager
+def throw_away(environment: str, transitions: int, folder: Path | None) -> Iterator[Path]:
+    """A data set of that size, gone afterwards: a few simulated episodes, repeated.
+
+    `folder` is where it is made, by default where the system has its temporary files.
+    """
+    with tempfile.TemporaryDirectory(prefix="pigbench-rows-", dir=folder) as made:
+        _write(environment, transitions, Path(made) / "data")
+        yield Path(made) / "data"
+
+
+def _write(environment: str, transitions: int, folder: Path) -> None:
+    env = envs.make(environment)
+    episodes = -(-transitions // (_EPISODE_LENGTH - 1))
+    spec = Spec(
+        environment=environment,
+        policy="play",
+        physics=env.scene.profile,
+        engine=env.backend,
+        seed=0,
+        episodes={"train": episodes},
+        episodes_per_shard=_SIMULATED,
+        rows_per_episode=_EPISODE_LENGTH,
+        fields=collect.COMPACT,
+        layout=dataset.sizes(env.layout),
+        action_size=env.action_size,
+        versions=package_versions(),
+    )
+    simulate = collect.simulator(env, POLICIES["play"](env.scene), spec)
+    with Progress("simulating", total=_EPISODE_LENGTH, unit="control steps") as progress:
+        simulated = simulate(Shard("", "train", 0, _SIMULATED), progress.advance).arrays
+    arrays = {
+        field: np.concatenate([array] * (_EPISODES_PER_SHARD // _SIMULATED))
+        for field, array in simulated.items()
+    }
+    spec = dataclasses.replace(spec, episodes_per_shard=_EPISODES_PER_SHARD)
+    writer = Writer(folder, spec)
+    missing = writer.missing()
+    collect.require_room(env, spec.fields, episodes * _EPISODE_LENGTH, folder)
+    with Progress("writing", total=len(missing), unit="shards") as progress:
+        for part in missing:
+            rows = part.episodes * _EPISODE_LENGTH
+            writer.write(part, {field: array[:rows] for field, array in arrays.items()})
+            progress.advance(1)

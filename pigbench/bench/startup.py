@@ -1,0 +1,26 @@
+"""What it takes to start commands: processor time of processes of their own."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+
+from pigbench.errors import UserError
+
+
+def seconds(arguments: Sequence[str]) -> float:
+    """Processor time of one `pigbench` command, user's and system's. UserError if it fails."""
+    before = os.times()
+    ended = subprocess.run(
+        [sys.executable, "-m", "pigbench", *arguments],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    after = os.times()
+    if ended.returncode:
+        raise UserError(f"pigbench {' '.join(arguments)} failed: {ended.stderr.strip()}")
+    return (after.children_user - before.children_user) + (
+        after.children_system - before.children_system
+    )

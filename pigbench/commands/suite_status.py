@@ -1,0 +1,39 @@
+"""`pigbench suite status`: how far a suite is, told without a simulator."""
+
+import dataclasses
+from pathlib import Path
+
+import tyro
+
+from pigbench.report.formats import markdown_grid
+from pigbench.suite import spec
+from pigbench.suite.spec import Suite
+from pigbench.suite.status import status
+
+KEPT = "suite.json"
+
+
+@dataclasses.dataclass(frozen=True)
+class SuiteStatus:
+    """Tell how far a running, cut off or finished suite is."""
+
+    out: tyro.conf.Positional[Path]
+    """Folder of the suite."""
+
+    def run(self) -> None:
+        """Print a line a cell."""
+        print_status(spec.read_kept(self.out / KEPT), self.out)
+
+
+def print_status(suite: Suite, out: Path) -> None:
+    """A line a cell of the suite in the folder `out`."""
+    lines = [
+        (
+            cell.name,
+            state,
+            f"{steps:,} of {cell.environment.steps:,}",
+            "" if success is None else f"{success:.1f}",
+        )
+        for cell, state, steps, success in status(suite, out)
+    ]
+    print(markdown_grid([("cell", "state", "updates", "success (%)"), *lines]))

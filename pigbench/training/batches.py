@@ -1,0 +1,138 @@
+"""Where updates get their batches: the program draws them itself, or threads bring them.
+
+Either way, update t of a seed sees what `sampler.sample` draws from `keys_of(key, t)`.
+"""
+
+import contextlib
+import os
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, Protocol
+
+import jax
+import numpy as np
+
+from pigbench.agents import Agent, Batch
+from pigbench.data import sampler
+from pigbench.data.mapped import MappedArray
+from pigbench.data.sampler import Indices, Rows
+
+_BLOCK = 16e6  # bytes, about, that threads gather at a time
+_MOST_UPDATES = 256  # of a block: the first one starts no sooner
+_AHEAD = 4  # blocks gathered, or being gathered, beyond the one in use
+
+
+class Batches(Protocol):
+    """The batches of a training; updates run in parts, each a compiled program's worth."""
+
+    axis: int | None
+    """The axis of a part's arrays that counts seeds trained together."""
+
+    def parts(self, start: int, stop: int) -> Iterator[tuple[Any, int]]:
+        """What `batch` needs for the updates from `start` on, and where that ends: up to `stop`."""
+        ...
+
+    def batch(self, part: Any, key: jax.Array, step: jax.Array | int) -> Batch:
+        """The batch of a seed's update `step`, whose key is `key`. Pure."""
+        ...
+
+
+def keys_of(key: jax.Array, step: jax.Array | int) -> tuple[jax.Array, jax.Array]:
+    """The keys of the batch and of the update proper, given a seed's key and the update's step."""
+    batch_key, update_key = jax.random.split(jax.random.fold_in(key, step))
+    return batch_key, update_key
+
+
+@contextlib.contextmanager
+def of(rows: Rows, agent: Agent, key: jax.Array) -> Iterator[Batches]:
+    """The batches that `agent` wants of `rows`, given the key of a seed or of several, (S,)."""
+    if not isinstance(rows.observations, MappedArray):
+        yield Drawn(rows, agent)
+        return
+    gathered = Gathered(rows, agent, key)
+    try:
+        yield gathered
+    finally:
+        gathered.close()
+
+
+class Drawn:
+    """From rows on the device: all updates are one part."""
+
+    axis: int | None = None
+
+    def __init__(self, rows: Rows, agent: Agent) -> None:
+        self._rows, self._agent = rows, agent
+
+    def parts(self, start: int, stop: int) -> Iterator[tuple[Rows, int]]:
+        """Given the rows, any number of updates can run."""
+        del start
+        yield self._rows, stop
+
+    def batch(self, part: Rows, key: jax.Array, step: jax.Array | int) -> Batch:
+        """Drawn here and now."""
+        del step
+        return sampler.sample(key, part, self._agent.sampling, self._agent.config.batch_size)
+
+
+class Gathered:
+    """From rows on the disk: a part is a block of batches, gathered in threads that run ahead.
+
+    Block b holds the batches of the n updates from b n on, whatever the step that is begun with.
+    """
+
+    axis: int | None = 0
+
+    def __init__(self, rows: Rows, agent: Agent, key: jax.Array) -> None:
+        self._rows, self._key = rows, key
+        sampling, size = agent.sampling, agent.config.batch_size
+
+        def draw(key: jax.Array, steps: jax.Array) -> Indices:
+            def one(step: jax.Array) -> Indices:
+                batch_key, _ = keys_of(key, step)
+                return sampler.sample_indices(batch_key, rows.episode_ends, sampling, size)
+
+            return jax.vmap(one)(steps)
+
+        draw_all = jax.vmap(draw, in_axes=(0, None)) if key.ndim else draw
+        indices = jax.eval_shape(draw_all, key, np.zeros(1, np.int32))
+        states = sum(leaf.size for leaf in jax.tree.leaves(indices)) + indices.starts.size
+        bytes_an_update = states * rows.observations.shape[-1] * 4
+        self._updates = max(1, min(_MOST_UPDATES, int(_BLOCK // bytes_an_update)))
+        # Compiled before threads ask for it, each of which would compile it otherwise.
+        self._draw = jax.jit(draw_all).lower(key, self._steps(0)).compile()
+        self._blocks: dict[int, Future[Batch]] = {}
+        self._threads = ThreadPoolExecutor(min(_AHEAD, os.cpu_count() or 1), "gather")
+
+    def parts(self, start: int, stop: int) -> Iterator[tuple[Batch, int]]:
+        """A part ends where its block does."""
+        while start < stop:
+            number = start // self._updates
+            end = min(stop, (number + 1) * self._updates)
+            yield self._block(number), end
+            start = end
+
+    def batch(self, part: Batch, key: jax.Array, step: jax.Array | int) -> Batch:
+        """Taken out of its block."""
+        del key
+        place = step % self._updates
+        return jax.tree.map(lambda x: jax.lax.dynamic_index_in_dim(x, place, keepdims=False), part)
+
+    def close(self) -> None:
+        """Gathers no further."""
+        self._threads.shutdown(cancel_futures=True)
+
+    def _block(self, number: int) -> Batch:
+        self._blocks = {
+            block: self._blocks.get(block) or self._threads.submit(self._gather, block)
+            for block in range(number, number + _AHEAD + 1)
+        }
+        return self._blocks[number].result()
+
+    def _gather(self, number: int) -> Batch:
+        indices = jax.device_get(self._draw(self._key, self._steps(number)))
+        return jax.device_put(sampler.gather(self._rows, indices))
+
+    def _steps(self, number: int) -> np.ndarray:
+        first = number * self._updates
+        return np.arange(first, first + self._updates, dtype=np.int32)
