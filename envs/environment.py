@@ -13,6 +13,7 @@ from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
 from pigbench.envs.tasks import Task
 from pigbench.errors import UserError
+from pigbench.settings import jax_defaults
 
 with quiet():
     from brax.envs.base import Env, State
@@ -80,11 +81,13 @@ class CubeEnv(Env):
         """Control steps after which an evaluation episode has failed."""
         return self.spec.episode_length
 
+    @jax_defaults()
     def reset(self, rng: jax.Array) -> State:
         """Start one of the tasks, drawn at random."""
         task_key, key = jax.random.split(rng)
         return self.reset_task(key, jax.random.randint(task_key, (), 1, self.num_tasks + 1))
 
+    @jax_defaults()
     def reset_task(self, key: jax.Array, task: jax.Array | int) -> State:
         """Start the task of that id: its cubes permuted at random, the start slightly shifted.
 
@@ -101,6 +104,7 @@ class CubeEnv(Env):
         state = self.reset_to(key, start[order], goal[order])
         return replace(state, info=state.info | {"task": jnp.where(task == nearest, task, NO_TASK)})
 
+    @jax_defaults()
     def reset_to(
         self,
         key: jax.Array,
@@ -125,6 +129,7 @@ class CubeEnv(Env):
         physics_state = self._place(arm_key, start.at[:, :2].add(shift), jnp.asarray(yaw))
         return self._first(physics_state, self.observe(goal_state), goal)
 
+    @jax_defaults()
     def random_scene(self, key: jax.Array) -> PhysicsState:
         """A scene with no task, as data collection begins: cubes at random on the table."""
         arm_key, cube_key, yaw_key = jax.random.split(key, 3)
@@ -133,11 +138,13 @@ class CubeEnv(Env):
         yaw = jax.random.uniform(yaw_key, (self.spec.num_cubes,), maxval=2 * jnp.pi)
         return self._place(arm_key, jnp.concatenate([xy, height], axis=-1), yaw)
 
+    @jax_defaults()
     def step(self, state: State, action: jax.Array) -> State:
         """One control step of 0.05 s. A state that is done stays as it is."""
         physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
         return self._next(state, self.simulate(physics_state, action, active=state.done == 0))
 
+    @jax_defaults()
     def simulate(
         self, physics_state: PhysicsState, action: jax.Array, active: jax.Array | bool = True
     ) -> PhysicsState:
@@ -145,6 +152,7 @@ class CubeEnv(Env):
         ctrl = control.servo_targets(self.scene, physics_state, action)
         return self.physics.step(physics_state, ctrl, active)
 
+    @jax_defaults()
     def observe(self, physics_state: PhysicsState) -> jax.Array:
         """The observation of a bare simulation."""
         return self.layout.observe(self.scene, physics_state)
