@@ -1,4 +1,7 @@
-"""The action: a relative move of the pinch point, its yaw and the gripper, each in [-1, 1]."""
+"""The action: a relative move of the pinch point, its yaw and the gripper, each in [-1, 1].
+
+A larger one asks for more, as in OGBench: what is clipped is the pose that it leads to.
+"""
 
 import jax
 import jax.numpy as jnp

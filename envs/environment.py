@@ -12,6 +12,8 @@ from pigbench.envs.quiet import quiet
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
 from pigbench.envs.tasks import Spec
+from pigbench.errors import UserError
+from pigbench.settings import jax_defaults
 
 with quiet():
     from brax.envs.base import Env, State
@@ -20,6 +22,7 @@ SUCCESS_DISTANCE = 0.04  # metres between a cube and its target
 START_JITTER = 0.01  # metres by which start positions are shifted in x and y
 SETTLING_STEPS = 2  # random control steps before a goal scene is observed
 USER_TASK = 0  # task id of a scene the user gave; the tasks of the table count from 1
+NO_TASK = -1  # what stands for an id that is none, where it is known only as the program runs
 
 
 class CubeEnv(Env):
@@ -30,8 +33,9 @@ class CubeEnv(Env):
     target, or the simulation has diverged; time limits are a wrapper's (`episode_length` is
     OGBench's).
 
-    `state.info` has goal (the goal's observation), target (num_cubes, 3), task (an id from 1, or
-    USER_TASK), success and diverged (bool). All methods are for one environment: vmap them.
+    `state.info` has goal (the goal's observation), target (num_cubes, 3), task (an id from 1,
+    USER_TASK or NO_TASK), success and diverged (bool). All methods are for one environment: vmap
+    them.
     """
 
     def __init__(self, spec: Spec, physics: Physics):
@@ -67,19 +71,30 @@ class CubeEnv(Env):
         """Control steps after which an evaluation episode has failed."""
         return self.spec.episode_length
 
+    @jax_defaults()
     def reset(self, rng: jax.Array) -> State:
         """Start one of the tasks, drawn at random."""
         task_key, key = jax.random.split(rng)
         return self.reset_task(key, jax.random.randint(task_key, (), 1, self.num_tasks + 1))
 
+    @jax_defaults()
     def reset_task(self, key: jax.Array, task: jax.Array | int) -> State:
-        """Start the task of that id: its cubes permuted at random, the start slightly shifted."""
+        """Start the task of that id: its cubes permuted at random, the start slightly shifted.
+
+        Raises UserError for an id that there is not. A traced one cannot be refused: the nearest
+        task starts, and `info` names it NO_TASK.
+        """
+        if not isinstance(task, jax.core.Tracer) and not 1 <= task <= self.num_tasks:
+            raise UserError(f"task is {task}: {self.spec.name} has tasks 1 to {self.num_tasks}")
         order_key, key = jax.random.split(key)
         order = jax.random.permutation(order_key, self.spec.num_cubes)
-        index = jnp.asarray(task, jnp.int32) - 1
-        state = self.reset_to(key, self._start[index][order], self._goal[index][order])
-        return replace(state, info=state.info | {"task": index + 1})
+        task = jnp.asarray(task, jnp.int32)
+        nearest = jnp.clip(task, 1, self.num_tasks)
+        start, goal = self._start[nearest - 1], self._goal[nearest - 1]
+        state = self.reset_to(key, start[order], goal[order])
+        return replace(state, info=state.info | {"task": jnp.where(task == nearest, task, NO_TASK)})
 
+    @jax_defaults()
     def reset_to(
         self,
         key: jax.Array,
@@ -104,6 +119,7 @@ class CubeEnv(Env):
         physics_state = self._place(arm_key, start.at[:, :2].add(shift), jnp.asarray(yaw))
         return self._first(physics_state, self.observe(goal_state), goal)
 
+    @jax_defaults()
     def random_scene(self, key: jax.Array) -> PhysicsState:
         """A scene with no task, as data collection begins: cubes at random on the table."""
         arm_key, cube_key, yaw_key = jax.random.split(key, 3)
@@ -112,11 +128,13 @@ class CubeEnv(Env):
         yaw = jax.random.uniform(yaw_key, (self.spec.num_cubes,), maxval=2 * jnp.pi)
         return self._place(arm_key, jnp.concatenate([xy, height], axis=-1), yaw)
 
+    @jax_defaults()
     def step(self, state: State, action: jax.Array) -> State:
         """One control step of 0.05 s. A state that is done stays as it is."""
         physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
         return self._next(state, self.simulate(physics_state, action, active=state.done == 0))
 
+    @jax_defaults()
     def simulate(
         self, physics_state: PhysicsState, action: jax.Array, active: jax.Array | bool = True
     ) -> PhysicsState:
@@ -124,6 +142,7 @@ class CubeEnv(Env):
         ctrl = control.servo_targets(self.scene, physics_state, action)
         return self.physics.step(physics_state, ctrl, active)
 
+    @jax_defaults()
     def observe(self, physics_state: PhysicsState) -> jax.Array:
         """The observation of a bare simulation."""
         return self.layout.observe(self.scene, physics_state)

@@ -96,7 +96,10 @@ def _format_warning(message: Warning | str, *_: object) -> str:
 
 def run(arguments: Sequence[str]) -> None:
     """Parse and run one command. Raises UserError for what the user got wrong."""
-    parse(arguments).run()
+    command = parse(arguments)
+    settings = importlib.import_module("pigbench.settings")  # imports JAX, so not before parsing
+    with settings.jax_defaults():
+        command.run()
 
 
 def parse(arguments: Sequence[str]) -> Any:

@@ -32,8 +32,10 @@ def test_action_scale(ogbench_env):
     assert env.action_space.shape == (control.ACTION_SIZE,)
 
 
-def test_servo_targets(scene, place, states):
-    given = actions(0)
+@pytest.mark.parametrize("scale", [1, 4], ids=["within", "beyond"])
+def test_servo_targets(scene, place, states, scale):
+    """Of actions beyond [-1, 1] too: OGBench clips where they lead, not how far."""
+    given = scale * actions(0)
     ours = jax.vmap(lambda state, action: control.servo_targets(scene(2), state, action))(
         states, given
     )

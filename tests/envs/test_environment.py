@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from pigbench import envs
 from pigbench.envs import State, workspace
-from pigbench.envs.environment import START_JITTER, USER_TASK
+from pigbench.envs.environment import NO_TASK, START_JITTER, USER_TASK
 from pigbench.errors import UserError
 
 BATCH = 64
@@ -95,6 +95,21 @@ def test_jit_vmap_and_scan_agree(env):
         for action in actions[:, i]:
             state = single(state, action)
         np.testing.assert_allclose(state.obs, scanned.obs[i], atol=1e-3)
+
+
+@pytest.mark.parametrize("task", [0, 6, -1, np.int32(6), jnp.array(6)])
+def test_a_task_that_is_none_is_refused(env, task):
+    with pytest.raises(UserError, match=f"task is {task}: cube-single has tasks 1 to 5"):
+        env("cube-single").reset_task(KEYS[0], task)
+
+
+def test_a_traced_task_that_is_none_is_marked(env):
+    reset = jax.jit(jax.vmap(env("cube-single").reset_task, in_axes=(None, 0)))
+    given = jnp.arange(-1, 8)
+    states = reset(KEYS[0], given)
+    np.testing.assert_array_equal(states.info["task"][2:7], given[2:7])
+    np.testing.assert_array_equal(states.info["task"][jnp.array([0, 1, 7, 8])], NO_TASK)
+    np.testing.assert_array_equal(states.info["target"][7:], states.info["target"][6:8])
 
 
 def test_same_key_same_bytes(reset, started, step):
