@@ -25,5 +25,5 @@ def test_looking_needs_no_simulator(module, heavy):
 
 def test_a_commands_processor_time_is_measured():
     assert 0.01 < startup.seconds(["--help"]) < 5
-    with pytest.raises(UserError, match="pigbench nonsense failed: .*unknown command"):
+    with pytest.raises(UserError, match=r"pigbench nonsense failed: .*unknown command"):
         startup.seconds(["nonsense"])
