@@ -3,3 +3,7 @@
 from pigbench import xla
 
 xla.avoid_wrong_sums()
+
+from pigbench import gym  # noqa: E402  after what has to be set before JAX starts
+
+gym.register()

@@ -1,0 +1,104 @@
+"""What one environment and a batch have in common: spaces, what is seen of goals, and pictures."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from gymnasium import spaces
+
+from pigbench import envs, seeds
+from pigbench.agents.representations import GOALS, Representation
+from pigbench.envs import State
+from pigbench.envs.observation import CENTRE, POSITION_SCALE
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.rendering import Renderer
+from pigbench.errors import UserError
+
+RENDER_MODE = "rgb_array"
+METADATA = {"render_modes": [RENDER_MODE], "render_fps": 20}
+
+
+class Simulation:
+    """An environment's functions, compiled, and its spaces.
+
+    Raises UserError for an unknown environment, engine, profile, kind of goals or render mode.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        engine: str | None,
+        profile: str,
+        goals: str,
+        render_mode: str | None,
+        size: tuple[int, int],
+    ) -> None:
+        if render_mode not in (None, RENDER_MODE):
+            raise UserError(f"render_mode is {render_mode!r}: it must be None or {RENDER_MODE!r}")
+        self.env = envs.make(name, engine=engine, profile=profile)
+        self.represent = Representation(goals, self.env.layout, table=GOALS)
+        self.observation_space = spaces.Box(
+            -np.inf, np.inf, (self.env.observation_size,), np.float32
+        )
+        self.action_space = spaces.Box(-1.0, 1.0, (self.env.action_size,), np.float32)
+        self.reset = jax.jit(jax.vmap(self.env.reset_task))
+        self.step = jax.jit(jax.vmap(self.env.step))
+        self._size = size
+        self._renderer: Renderer | None = None
+
+    def keys(self, draws: np.random.Generator, count: int) -> jax.Array:
+        """As many random keys, (count,)."""
+        return jax.random.split(seeds.key(int(draws.integers(2**32))), count)
+
+    def tasks(self, draws: np.random.Generator, options: Mapping[str, Any], count: int) -> Any:
+        """The tasks' ids, (count,): those of `options`, or drawn. Raises UserError for others."""
+        last = self.env.num_tasks
+        if "task_id" not in options:
+            return draws.integers(1, last + 1, count)
+        tasks = np.broadcast_to(options["task_id"], (count,))
+        if not np.all((tasks >= 1) & (tasks <= last)):
+            raise UserError(
+                f"task_id is {options['task_id']}: {self.env.spec.name} has tasks 1 to {last}"
+            )
+        return tasks
+
+    def goals(self, states: State) -> np.ndarray:
+        """What is seen of the goals, (count, ...)."""
+        return np.asarray(self.represent(states.info["goal"]))
+
+    def draw(self, states: State, index: int) -> np.ndarray:
+        """A picture of a state, its goal translucent: (height, width, 3) in uint8."""
+        physics: PhysicsState = states.pipeline_state  # pyright: ignore[reportAssignmentType]
+        target = np.asarray(states.info["target"][index])
+        return self._draw(np.asarray(physics.qpos[index]), target)
+
+    def draw_goal(self, states: State, index: int) -> np.ndarray:
+        """A picture of the goal, (height, width, 3): arm and cubes as it has them, gripper open."""
+        goal, layout, scene = states.info["goal"][index], self.env.layout, self.env.scene
+        cubes = jnp.concatenate(
+            [
+                part
+                for cube in range(scene.num_cubes)
+                for part in (
+                    goal[layout[f"cube_{cube}_pos"]] / POSITION_SCALE + jnp.array(CENTRE),
+                    goal[layout[f"cube_{cube}_quat"]],
+                )
+            ]
+        )
+        qpos = jnp.asarray(scene.home_qpos).at[scene.arm].set(goal[layout["joint_pos"]])
+        return self._draw(np.asarray(qpos.at[scene.cubes_qpos].set(cubes)), None)
+
+    def close(self) -> None:
+        """Give back what drawing holds."""
+        if self._renderer is not None:
+            self._renderer.__exit__()
+            self._renderer = None
+
+    def _draw(self, qpos: np.ndarray, target: np.ndarray | None) -> np.ndarray:
+        if self._renderer is None:
+            height, width = self._size
+            self._renderer = Renderer(self.env.spec.num_cubes, width=width, height=height)
+        return self._renderer.draw(qpos, target)

@@ -1,0 +1,84 @@
+"""One environment, as OGBench's evaluation uses it."""
+
+from typing import Any
+
+import gymnasium
+import jax
+import numpy as np
+
+from pigbench.envs import State
+from pigbench.gym.simulation import METADATA, Simulation
+
+
+class SingleEnv(gymnasium.Env):
+    """A `gymnasium.Env`. Its time limit is `gymnasium.make`'s wrapper.
+
+    `reset` takes the options `task_id`, 1 to 5, by default drawn, and `render_goal`; its `info` has
+    "goal", and "goal_rendered" where that was asked for. `step` rewards success with 1, which ends
+    the episode; a simulation that diverges truncates it.
+    """
+
+    metadata = METADATA
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        engine: str | None = None,
+        profile: str = "exact",
+        goals: str = "state",
+        render_mode: str | None = None,
+        height: int = 200,
+        width: int = 200,
+    ) -> None:
+        self._simulation = Simulation(
+            name,
+            engine=engine,
+            profile=profile,
+            goals=goals,
+            render_mode=render_mode,
+            size=(height, width),
+        )
+        self.observation_space = self._simulation.observation_space
+        self.action_space = self._simulation.action_space
+        self.render_mode = render_mode
+        self._states: State | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start a task."""
+        super().reset(seed=seed)
+        options = options or {}
+        tasks = self._simulation.tasks(self.np_random, options, 1)
+        self._states = self._simulation.reset(self._simulation.keys(self.np_random, 1), tasks)
+        info = self._info(self._states)
+        if options.get("render_goal", False):
+            info["goal_rendered"] = self._simulation.draw_goal(self._states, 0)
+        return np.asarray(self._states.obs[0]), info
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """One control step of 0.05 s."""
+        self._states = self._simulation.step(self._begun(), np.asarray(action, np.float32)[None])
+        info = self._info(self._states)
+        truncated = bool(self._states.info["diverged"][0])
+        reward = float(self._states.reward[0])
+        return np.asarray(self._states.obs[0]), reward, info["success"], truncated, info
+
+    def render(self) -> Any:
+        """A picture of the state, or nothing where no render mode was chosen."""
+        return None if self.render_mode is None else self._simulation.draw(self._begun(), 0)
+
+    def close(self) -> None:
+        """Give back what drawing holds."""
+        self._simulation.close()
+
+    def _begun(self) -> State:
+        if self._states is None:
+            raise gymnasium.error.ResetNeeded("call reset first")
+        return self._states
+
+    def _info(self, states: State) -> dict[str, Any]:
+        success, task = jax.device_get((states.info["success"][0], states.info["task"][0]))
+        goal = self._simulation.goals(states)[0]
+        return {"goal": goal, "success": bool(success), "task_id": int(task)}

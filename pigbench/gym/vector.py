@@ -1,0 +1,121 @@
+"""A batch of environments, simulated at once."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from gymnasium import error
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from pigbench.envs import State
+from pigbench.gym.simulation import METADATA, Simulation
+
+
+class BatchEnv(VectorEnv):
+    """A `gymnasium.vector.VectorEnv`, without autoreset: an episode that is over stays as it is.
+
+    `reset` takes the options `task_id`, one or one an environment, and `reset_mask` (num_envs,) of
+    the environments to start anew, by default all. Otherwise as `SingleEnv`, with a number an
+    environment.
+    """
+
+    metadata = METADATA | {"autoreset_mode": AutoresetMode.DISABLED}
+
+    def __init__(
+        self,
+        name: str,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int | None = None,
+        engine: str | None = None,
+        profile: str = "exact",
+        goals: str = "state",
+        render_mode: str | None = None,
+        height: int = 200,
+        width: int = 200,
+    ) -> None:
+        self._simulation = Simulation(
+            name,
+            engine=engine,
+            profile=profile,
+            goals=goals,
+            render_mode=render_mode,
+            size=(height, width),
+        )
+        self.num_envs = num_envs
+        self.single_observation_space = self._simulation.observation_space
+        self.single_action_space = self._simulation.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.render_mode = render_mode
+        self._limit = max_episode_steps or self._simulation.env.episode_length
+        self._lengths = np.zeros(num_envs, np.int64)
+        self._states: State | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start a task in every environment, or in those of the mask."""
+        super().reset(seed=seed)
+        options = options or {}
+        tasks = self._simulation.tasks(self.np_random, options, self.num_envs)
+        keys = self._simulation.keys(self.np_random, self.num_envs)
+        fresh = self._simulation.reset(keys, tasks)
+        anew = np.asarray(options.get("reset_mask", np.ones(self.num_envs, bool)))
+        if self._states is not None:
+            fresh = _choose(jnp.asarray(anew), fresh, self._states)
+        self._states, self._lengths = fresh, np.where(anew, 0, self._lengths)
+        return np.asarray(fresh.obs), self._info(fresh)
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One control step of 0.05 s of the episodes that are not over."""
+        states = self._begun()
+        over = np.asarray(states.done, bool) | (self._lengths >= self._limit)
+        after = self._simulation.step(states, np.asarray(actions, np.float32))
+        self._states = _choose(jnp.asarray(over), states, after)
+        self._lengths = self._lengths + ~over
+        success, diverged, rewards, observations = jax.device_get(
+            (
+                self._states.info["success"],
+                self._states.info["diverged"],
+                self._states.reward,
+                self._states.obs,
+            )
+        )
+        truncated = diverged | ((self._lengths >= self._limit) & ~success)
+        return observations, rewards, success, truncated, self._info(self._states)
+
+    def render(self) -> Any:
+        """A picture an environment, or nothing where no render mode was chosen."""
+        if self.render_mode is None:
+            return None
+        return tuple(self._simulation.draw(self._begun(), i) for i in range(self.num_envs))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Give back what drawing holds."""
+        self._simulation.close()
+
+    def _begun(self) -> State:
+        if self._states is None:
+            raise error.ResetNeeded("call reset first")
+        return self._states
+
+    def _info(self, states: State) -> dict[str, Any]:
+        info = {
+            "goal": self._simulation.goals(states),
+            "success": np.asarray(states.info["success"]),
+            "task_id": np.asarray(states.info["task"]),
+        }
+        return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
+
+
+@jax.jit
+def _choose(mask: jax.Array, chosen: State, others: State) -> State:
+    """Of each environment the one state or the other."""
+    return jax.tree.map(
+        lambda x, y: jnp.where(mask.reshape(-1, *[1] * (x.ndim - 1)), x, y), chosen, others
+    )
