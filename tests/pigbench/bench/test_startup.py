@@ -12,7 +12,7 @@ LIGHT = {
     "data info": ("pigbench.commands.data", HEAVY),
     "list": ("pigbench.commands.listing", HEAVY),
     "table": ("pigbench.commands.report", ("brax", "mujoco.mjx")),
-    "suite status": ("pigbench.commands.suite_status", ("brax", "mujoco.mjx", "flax")),
+    "suite status": ("pigbench.commands.suite_status", ("brax", "mujoco.mjx")),
 }
 
 
