@@ -97,9 +97,15 @@ def _format_warning(message: Warning | str, *_: object) -> str:
 def run(arguments: Sequence[str]) -> None:
     """Parse and run one command. Raises UserError for what the user got wrong."""
     command = parse(arguments)
-    settings = importlib.import_module("pigbench.settings")  # imports JAX, so not before parsing
-    with settings.jax_defaults():
+    with _jax_defaults():
         command.run()
+
+
+def _jax_defaults() -> contextlib.AbstractContextManager[None]:
+    """Those of `pigbench.settings`, for a command that has imported JAX: others do without it."""
+    if "jax" not in sys.modules:
+        return contextlib.nullcontext()
+    return importlib.import_module("pigbench.settings").jax_defaults()
 
 
 def parse(arguments: Sequence[str]) -> Any:

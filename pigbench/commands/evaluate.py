@@ -6,18 +6,21 @@ from pathlib import Path
 import tyro
 
 from pigbench import envs
+from pigbench.errors import UserError
 from pigbench.seeds import Seed
 from pigbench.support.progress import Progress
 from pigbench.training import episodes
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
 from pigbench.training.restore import restore
+from pigbench.training.run import Run
 
 
 @dataclasses.dataclass(frozen=True)
 class Evaluate:
     """Evaluate a run's last checkpoint on all tasks of its environment.
 
-    The episodes replace those of the same training step in the run's episodes.csv.
+    The episodes replace those of the same training step in the run's episodes.csv: fewer than those
+    only with --replace.
     """
 
     run_folder: tyro.conf.Positional[Path]
@@ -28,11 +31,14 @@ class Evaluate:
     """Seed of scenes and of the policy's draws."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
+    replace: bool = False
+    """Replace more episodes by fewer."""
 
     def run(self) -> None:
         """Evaluate, record and print the success of each task."""
         evaluation = Evaluation(self.episodes, self.seed)
         run, env, agent, state = restore(self.run_folder, engine=self.engine)
+        self._check_replaced(run, step=int(state.step), count=self.episodes * env.num_tasks)
         evaluate = make_evaluator(env, agent, evaluation)
         with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
             outcome = evaluate(state.params, progress.reach)
@@ -41,3 +47,17 @@ class Evaluate:
         for task, successes in zip(env.spec.tasks, outcome["success"], strict=True):
             print(f"{task.name:28} {successes.sum():3d} of {self.episodes}")
         print(f"{'all tasks':28} {100 * outcome['success'].mean():.1f} %")
+
+    def _check_replaced(self, run: Run, *, step: int, count: int) -> None:
+        """Say how many episodes `count` others replace; UserError if they are more, unasked."""
+        recorded = episodes.read(run.episodes_path) if run.episodes_path.exists() else []
+        seeds = [episode.seed for episode in recorded if episode.step == step]
+        if not seeds:
+            return
+        what = (
+            f"the {len(seeds)} episodes of step {step:,} (seed {seeds[0]}) by {count} "
+            f"(seed {self.seed})"
+        )
+        if count < len(seeds) and not self.replace:
+            raise UserError(f"this would replace {what}: ask for it with --replace")
+        print(f"replacing {what}")

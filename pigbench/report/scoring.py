@@ -93,6 +93,35 @@ def stratum(results: Sequence[Result], scoring: Scoring) -> np.ndarray:
     return np.stack([_rates(results, scoring, unit) for unit in units], axis=-1)
 
 
+def differences(results: Sequence[Result], scoring: Scoring) -> list[str]:
+    """What the evaluations that count do not share: for each environment, the values by method."""
+    methods = stats.grouped(stats.cells(results).items(), lambda item: item[0].environment)
+    return [
+        f"{name} on {environment}: "
+        + "; ".join(f"{value} ({', '.join(has)})" for value, has in values.items())
+        for environment, items in methods.items()
+        for name, values in _by_value(
+            {cell.method: _evaluation(group, scoring) for cell, group in items}
+        ).items()
+        if len(values) > 1
+    ]
+
+
+def _evaluation(results: Sequence[Result], scoring: Scoring) -> dict[str, str]:
+    values = stats.evaluation(results[0], _steps(results, scoring))
+    values = {"last step": [results[0].last_step]} | values
+    return {name: " and ".join(f"{one:,}" for one in several) for name, several in values.items()}
+
+
+def _by_value(evaluations: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, list[str]]]:
+    """For each name, the methods of each value."""
+    names = next(iter(evaluations.values()))
+    return {
+        name: stats.grouped(evaluations, lambda method, name=name: evaluations[method][name])
+        for name in names
+    }
+
+
 def _tasks(results: Sequence[Result]) -> list[Task]:
     return sorted({_task(episode) for episode in results[0].episodes})
 
@@ -114,13 +143,7 @@ def _rates(
     measure: Measure = MEASURES["success"],
 ) -> np.ndarray:
     """The success rate, or another measure's mean, of each result, (runs,), on one task or all."""
-    stats.require_level(results)
-    steps = CHECKPOINTS[scoring.checkpoint].choose(stats.success_curve(results))
-    if not steps:
-        raise UserError(
-            f"{results[0].run.path} has too few evaluations for checkpoint "
-            f"{scoring.checkpoint!r}: use 'last'"
-        )
+    steps = _steps(results, scoring)
     rates = [
         [
             stats.mean(
@@ -133,6 +156,18 @@ def _rates(
     ]
     # Rounded, so that equal rates stay equal in whatever order they were summed.
     return np.round(np.mean(rates, axis=-1), 9)
+
+
+def _steps(results: Sequence[Result], scoring: Scoring) -> Sequence[int]:
+    """The training steps whose evaluations count, of the results of a cell."""
+    stats.require_level(results)
+    steps = CHECKPOINTS[scoring.checkpoint].choose(stats.success_curve(results))
+    if not steps:
+        raise UserError(
+            f"{results[0].run.path} has too few evaluations for checkpoint "
+            f"{scoring.checkpoint!r}: use 'last'"
+        )
+    return steps
 
 
 def _estimate(rates: np.ndarray, scoring: Scoring) -> Estimate:

@@ -7,7 +7,7 @@ over runs that differ in nothing but their seed.
 import dataclasses
 import itertools
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
@@ -79,12 +79,15 @@ def cells(results: Iterable[Result]) -> dict[Cell, list[Result]]:
     """The results of each method and environment, one a seed: all in order, whatever theirs is.
 
     Raises UserError when results that would be set against each other are not comparable: in a cell
-    only the seeds may differ, and must; in an environment the physics profile must be the same.
+    only the seeds may differ, and must, and where they were evaluated after the same step, that
+    must be alike; in an environment the physics profile must be the same.
     """
     results = sorted(results, key=lambda result: (_cell(result), result.run.config.seed))
     by_cell = grouped(results, _cell)
     for group in by_cell.values():
         _require_alike(group, _all_but_seed)
+        shared = sorted(set.intersection(*({e.step for e in one.episodes} for one in group)))
+        _require_alike(group, lambda result, steps=shared: _evaluations(result, steps))
         for same in grouped(group, lambda result: result.run.config.seed).values():
             if len(same) > 1:
                 raise UserError(f"{same[0].run.path} and {same[1].run.path} have the same seed")
@@ -107,6 +110,16 @@ def require_level(results: Sequence[Result]) -> None:
             "tasks": sorted({episode.task_name for episode in result.episodes}),
         },
     )
+
+
+def evaluation(result: Result, steps: Collection[int]) -> dict[str, list[int]]:
+    """What tells evaluations after these training steps from others: by name, all values."""
+    episodes = [episode for episode in result.episodes if episode.step in steps]
+    counts = Counter((episode.step, episode.task) for episode in episodes)
+    return {
+        "episodes of a task": sorted(set(counts.values())),
+        "evaluation seed": sorted({episode.seed for episode in episodes}),
+    }
 
 
 def success_curve(results: Sequence[Result]) -> dict[int, Estimate]:
@@ -157,6 +170,14 @@ def _cell(result: Result) -> Cell:
 
 def _all_but_seed(result: Result) -> Mapping[str, Any]:
     return dataclasses.asdict(dataclasses.replace(result.run.config, seed=0))
+
+
+def _evaluations(result: Result, steps: Iterable[int]) -> Mapping[str, Any]:
+    return {
+        f"{name} at step {step}": values
+        for step in steps
+        for name, values in evaluation(result, [step]).items()
+    }
 
 
 def _require_alike(results: Iterable[Result], view: Callable[[Result], Mapping[str, Any]]) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pigbench.report import comparison, stats
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.formats import Label, Table, render, render_all
-from pigbench.report.scoring import Scoring, milestones, success, task_success
+from pigbench.report.scoring import Scoring, differences, milestones, success, task_success
 from pigbench.report.stats import Estimate, Result
 from pigbench.training.milestones import MEASURES
 
@@ -193,7 +193,8 @@ def _caption(
 
 def _how(results: Sequence[Result], scoring: Scoring) -> str:
     profiles = sorted({result.run.config.physics for result in results})
-    return f"{scoring.wording}; physics: {', '.join(profiles)}{_goals(results)}"
+    unequal = "".join(f"; unequal {what}" for what in differences(results, scoring))
+    return f"{scoring.wording}; physics: {', '.join(profiles)}{_goals(results)}{unequal}"
 
 
 def _goals(results: Sequence[Result]) -> str:

@@ -80,7 +80,7 @@ def test_finished_work_is_not_done_again(data, run, capsys):
     assert shards == {path: path.stat().st_mtime_ns for path in data.rglob("*.npy")}
 
 
-def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path):
+def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path, capsys):
     def last_rows(folder: Path) -> dict[tuple[int, int], episodes.Episode]:
         rows = episodes.read(folder / "episodes.csv")
         return {(row.task, row.episode): row for row in rows if row.step == 4}
@@ -91,6 +91,14 @@ def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path):
     rows = last_rows(copy)
     assert list(rows) == [(task, episode) for task in range(1, 6) for episode in (0, 1)]
     assert last_rows(run).items() <= rows.items()
+    assert "replacing the 5 episodes of step 4 (seed 0) by 10 (seed 0)" in capsys.readouterr().out
+
+    before = (copy / "episodes.csv").read_bytes()
+    with pytest.raises(UserError, match=r"replace the 10 episodes .* by 5 \(seed 3\): .*--replace"):
+        cli.run(["evaluate", str(copy), "--episodes", "1", "--seed", "3"])
+    assert (copy / "episodes.csv").read_bytes() == before
+    cli.run(["evaluate", str(copy), "--episodes", "1", "--seed", "3", "--replace"])
+    assert {row.seed for row in last_rows(copy).values()} == {3}
 
 
 def test_a_policy_can_be_held_against_ogbench(run, tmp_path, capsys):

@@ -1,6 +1,8 @@
 """Numbers are the same, and there are numbers at all, whatever JAX is set to."""
 
 import contextlib
+import subprocess
+import sys
 from pathlib import Path
 
 import jax
@@ -43,3 +45,9 @@ def test_commands_write_the_same(tmp_path):
     plain = generate(tmp_path / "plain")
     with otherwise():
         assert plain == generate(tmp_path / "otherwise")
+
+
+def test_commands_that_do_without_jax_still_do():
+    code = "from pigbench import cli; cli.run(['list', 'envs']); print('jax' in cli.sys.modules)"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stdout.splitlines()[-1] == "False"

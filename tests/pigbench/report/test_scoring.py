@@ -91,3 +91,22 @@ def test_one_seed_has_no_interval(results):
 def test_unknown_names_offer_the_nearest(fields, message):
     with pytest.raises(UserError, match=message):
         Scoring(**fields)
+
+
+def test_what_methods_do_not_share_is_told(tmp_path, make_run):
+    once, twice = [[1], [0]], [[1, 0], [0, 0]]
+    made = stats.read_results(
+        [
+            make_run(tmp_path / "a", {100: twice, 200: once}),
+            make_run(tmp_path / "b", {100: twice, 200: once}, seed=1),
+            make_run(tmp_path / "c", {100: twice}, method="qrl"),
+            make_run(tmp_path / "d", {100: twice}, method="crl"),
+            # Another environment may have steps of its own.
+            make_run(tmp_path / "e", {300: twice}, environment="cube-double"),
+        ]
+    )
+    assert scoring.differences(made, Scoring()) == [
+        "last step on cube-single: 100 (crl, qrl); 200 (gcivl)",
+        "episodes of a task on cube-single: 2 (crl, qrl); 1 (gcivl)",
+    ]
+    assert scoring.differences(made[2:], Scoring()) == []

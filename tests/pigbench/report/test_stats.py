@@ -6,7 +6,9 @@ from pigbench.agents import Statistics
 from pigbench.errors import UserError
 from pigbench.report import stats
 from pigbench.report.stats import Estimate
+from pigbench.training import episodes
 from pigbench.training import run as runs
+from pigbench.training.episodes import Episode
 
 
 def test_estimate_agrees_with_scipy():
@@ -70,6 +72,28 @@ def test_runs_that_cannot_be_compared_are_named(tmp_path, make_run, changes, mes
         make_run(tmp_path / "second", {1: [[1]]}, **changes),
     ]
     with pytest.raises(UserError, match=f"first and .*second .*{message}"):
+        stats.cells(stats.read_results(made))
+
+
+@pytest.mark.parametrize(
+    ("again", "seed", "message"),
+    [
+        ([[1], [1]], 7, r"episodes of a task at step 200 is \[2\] in one and \[1\] in the other"),
+        ([[1, 1], [1, 1]], 8, r"evaluation seed at step 200 is \[7\] in one and \[8\]"),
+    ],
+)
+def test_unequal_evaluations_are_not_averaged(tmp_path, make_run, again, seed, message):
+    curve = {100: [[0, 0], [0, 0]], 200: [[1, 1], [0, 1]]}
+    made = [make_run(tmp_path / str(number), curve, seed=number) for number in (0, 1)]
+    episodes.record(
+        made[1].episodes_path,
+        [
+            Episode(200, task, f"task{task}", number, seed, {"success": bool(success)})
+            for task, successes in enumerate(again, start=1)
+            for number, success in enumerate(successes)
+        ],
+    )
+    with pytest.raises(UserError, match=message):
         stats.cells(stats.read_results(made))
 
 
