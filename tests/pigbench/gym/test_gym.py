@@ -127,10 +127,10 @@ def test_pictures_of_a_state_and_of_its_goal():
 
 
 def test_what_cannot_be_is_said():
-    with pytest.raises(UserError, match="render_mode is 'human': it must be None or 'rgb_array'"):
-        gymnasium.make(OURS, render_mode="human", disable_env_checker=True)
+    with pytest.raises(UserError, match="render_mode is 'ansi': it must be None or 'rgb_array'"):
+        gymnasium.make(OURS, render_mode="ansi", disable_env_checker=True)
 
 
-def test_importing_pigbench_starts_no_simulator():
-    code = "import pigbench, sys; assert not {'jax', 'mujoco'} & set(sys.modules)"
+def test_importing_pigbench_leaves_jax_alone():
+    code = "import pigbench, sys; assert not {'jax', 'brax'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
