@@ -14,7 +14,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import tyro
 
@@ -75,12 +75,30 @@ def main() -> None:
     warnings.formatwarning = _format_warning
     with interrupts.leaving_at_once(_farewell):
         try:
-            run(sys.argv[1:])
+            try:
+                run(sys.argv[1:])
+            finally:
+                sys.stdout.flush()
         except UserError as error:
-            print(f"pigbench: {error}", file=sys.stderr)
-            sys.exit(USAGE_ERROR)
+            _refuse(str(error))
         except BrokenPipeError:
-            sys.stderr.close()
+            _discard_output()
+        except OSError as error:  # the system refuses what a command must read or write
+            _discard_output()
+            _refuse(f"{error.filename or 'output'}: {error.strerror or error}")
+
+
+def _refuse(complaint: str) -> NoReturn:
+    print(f"pigbench: {' '.join(complaint.split())}", file=sys.stderr)
+    sys.exit(USAGE_ERROR)
+
+
+def _discard_output() -> None:
+    """If nobody takes what is still to be printed, so that Python does not try again at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _farewell() -> str:

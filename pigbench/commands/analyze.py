@@ -15,6 +15,7 @@ from pigbench.errors import UserError
 from pigbench.report.formats import markdown_grid
 from pigbench.seeds import Seed
 from pigbench.support import files
+from pigbench.support.lock import only_writer
 from pigbench.training.restore import restore
 
 HEADER = (
@@ -56,18 +57,21 @@ class Analyze:
         """Measure, print the table, and draw the figure."""
         if self.samples < 1:
             raise UserError(f"samples is {self.samples}: it must be at least 1")
+        out = self.out or self.run_folder / "analysis"
+        files.require_folder(out)
         run, env, agent, state = restore(self.run_folder)
         data = dataset.load(self.data)
         dataset.check_layout(data, env.layout)
         rows = Rows.from_split(data.split("train"))
-        modes, residuals = measure(agent, state.params, rows, samples=self.samples, seed=self.seed)
-        table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{CAPTION}\n"
-        print(table)
-        out = self.out or self.run_folder / "analysis"
-        out.mkdir(parents=True, exist_ok=True)
-        files.write_text(out / "residuals.md", table)
-        title = f"{run.config.label} on {run.config.environment}, step {int(state.step):,}"
-        figure.draw(modes, residuals, out / "residuals.png", title=title)
+        with only_writer(out):
+            modes, residuals = measure(
+                agent, state.params, rows, samples=self.samples, seed=self.seed
+            )
+            table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{CAPTION}\n"
+            print(table)
+            files.write_text(out / "residuals.md", table)
+            title = f"{run.config.label} on {run.config.environment}, step {int(state.step):,}"
+            figure.draw(modes, residuals, out / "residuals.png", title=title)
         print(f"table and figure lie in {out}")
 
 

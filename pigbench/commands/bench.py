@@ -55,6 +55,7 @@ class Train:
 
     def run(self) -> None:
         """Measure and print a table."""
+        files.require_files(self.json)
         contenders = training.contenders(
             self.environment, self.methods or agents.names(), self.preset
         )
@@ -101,6 +102,7 @@ class Generate:
 
     def run(self) -> None:
         """Measure and print a table."""
+        files.require_files(self.json)
         contenders = [peers.generation(self.environment)]
         for profile in self.physics:
             env = envs.make(self.environment, engine=self.engine, profile=profile)
@@ -141,6 +143,7 @@ class Evaluate:
 
     def run(self) -> None:
         """Measure and print a table."""
+        files.require_files(self.json)
         environments = {
             profile: envs.make(self.environment, engine=self.engine, profile=profile)
             for profile in self.physics

@@ -8,11 +8,12 @@ import tyro
 from pigbench import envs
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
+from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 from pigbench.training import episodes
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
 from pigbench.training.restore import restore
-from pigbench.training.run import Run
+from pigbench.training.run import Run, read_run
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,13 +38,15 @@ class Evaluate:
     def run(self) -> None:
         """Evaluate, record and print the success of each task."""
         evaluation = Evaluation(self.episodes, self.seed)
-        run, env, agent, state = restore(self.run_folder, engine=self.engine)
-        self._check_replaced(run, step=int(state.step), count=self.episodes * env.num_tasks)
-        evaluate = make_evaluator(env, agent, evaluation)
-        with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
-            outcome = evaluate(state.params, progress.reach)
-        rows = as_episodes(outcome, env, evaluation, step=int(state.step))
-        episodes.record(run.episodes_path, rows)
+        run = read_run(self.run_folder)
+        with only_writer(self.run_folder):
+            _, env, agent, state = restore(self.run_folder, engine=self.engine)
+            self._check_replaced(run, step=int(state.step), count=self.episodes * env.num_tasks)
+            evaluate = make_evaluator(env, agent, evaluation)
+            with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
+                outcome = evaluate(state.params, progress.reach)
+            rows = as_episodes(outcome, env, evaluation, step=int(state.step))
+            episodes.record(run.episodes_path, rows)
         for task, successes in zip(env.spec.tasks, outcome["success"], strict=True):
             print(f"{task.name:28} {successes.sum():3d} of {self.episodes}")
         print(f"{'all tasks':28} {100 * outcome['success'].mean():.1f} %")

@@ -16,6 +16,7 @@ from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.errors import UserError, lookup
 from pigbench.seeds import Seed
+from pigbench.support import files
 from pigbench.support.lock import only_writer
 from pigbench.training.provenance import package_versions
 
@@ -60,6 +61,7 @@ class Generate:
             if getattr(self, name) is not None and getattr(self, name) < 1:
                 raise UserError(f"{name} is {getattr(self, name)}: it must be at least 1")
         policy = lookup("policy", POLICIES, self.policy)
+        files.require_folder(self.out)
         env = envs.make(self.environment, engine=self.engine, profile=self.physics)
         spec = Spec(
             environment=self.environment,

@@ -64,6 +64,7 @@ class Parity:
 
     def run(self) -> None:
         """Measure and print a table of errors, and one of outcomes."""
+        files.require_files(self.json)
         ours = {
             (engine, profile): envs.make(self.environment, engine=engine, profile=profile)
             for engine, profile in itertools.product(self.engine, self.physics)
@@ -109,6 +110,7 @@ class ParityData:
 
     def run(self) -> None:
         """Measure and print a table."""
+        files.require_files(self.json)
         env = envs.make(self.environment, engine=self.engine, profile=self.physics)
         lines = []
         for policy in self.policies:

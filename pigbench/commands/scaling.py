@@ -13,7 +13,9 @@ from pigbench.bench.scaling import Point
 from pigbench.bench.timing import Timing
 from pigbench.commands.bench import Turns, measure, save
 from pigbench.errors import UserError
+from pigbench.report import canvas
 from pigbench.report.formats import markdown_grid
+from pigbench.support import files
 from pigbench.support.progress import Progress
 
 
@@ -44,6 +46,8 @@ class Scale:
 
     def run(self) -> None:
         """Measure, print a table and draw a picture."""
+        canvas.check_path(self.out)
+        files.require_files(self.json)
         _check(*self.simulations, self.batch)
         grown = [Point(self.environment, count) for count in self.simulations]
         compared = [Point(name, self.batch) for name in self.environments]

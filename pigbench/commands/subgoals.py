@@ -56,6 +56,8 @@ class SubgoalErrors:
         """Simulate and print the table."""
         if self.samples < 1:
             raise UserError(f"samples is {self.samples}: it must be at least 1")
+        out = self.out or self.run_folder / "analysis" / "subgoals.md"
+        files.require_file(out)
         run, env, agent, state = restore(self.run_folder)
         if not isinstance(agent, FlowHierarchy):
             raise UserError(f"{run.config.method} has no flow of subgoals: choose a run that has")
@@ -75,8 +77,6 @@ class SubgoalErrors:
             grid = markdown_grid([("subgoal", "grasps", *_columns("off")), *_grasp_lines(misses)])
             table += f"\n{grid}\n\n{_GRASP_CAPTION.format(steps=steps)}\n"
         print(table)
-        out = self.out or self.run_folder / "analysis" / "subgoals.md"
-        out.parent.mkdir(parents=True, exist_ok=True)
         files.write_text(out, table)
         print(f"the table lies in {out}")
 

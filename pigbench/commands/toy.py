@@ -7,6 +7,7 @@ from pigbench.errors import UserError, lookup
 from pigbench.report import canvas
 from pigbench.seeds import Seed, check
 from pigbench.support import files
+from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 from pigbench.toy import EXAMPLES, errors, figures
 from pigbench.toy.fit import LOSSES, Settings
@@ -41,25 +42,25 @@ class Toy:
     def run(self) -> None:
         """Fit, print the table and write the files."""
         example = EXAMPLES[self.example]
-        self.out.mkdir(parents=True, exist_ok=True)
-        total = self.settings.steps * len(LOSSES) * len(example.fits)
-        with Progress(f"toy {self.example}", total=total, unit="updates") as progress:
-            outcomes = study(
-                example,
-                seeds=range(self.seed, self.seed + self.seeds),
-                settings=self.settings,
-                report=progress.advance,
-            )
-        found = errors.estimates(outcomes, self.settings)
-        table = errors.markdown(found)
-        print(table)
-        files.write_text(self.out / "errors.md", table + "\n")
-        files.write_text(self.out / "errors.csv", errors.comma_separated(found))
-        with canvas.look():
-            for name, draw in (("figure", figures.overview), ("extended", figures.extended)):
-                picture = draw(example, outcomes, self.settings)
-                for extension in ("png", "pdf"):
-                    canvas.save(picture, self.out / f"{name}.{extension}")
-        settings = {k: v for k, v in dataclasses.asdict(self).items() if k != "out"}
-        files.write_json(self.out / "toy.json", {"settings": settings} | surroundings())
+        with only_writer(self.out):
+            total = self.settings.steps * len(LOSSES) * len(example.fits)
+            with Progress(f"toy {self.example}", total=total, unit="updates") as progress:
+                outcomes = study(
+                    example,
+                    seeds=range(self.seed, self.seed + self.seeds),
+                    settings=self.settings,
+                    report=progress.advance,
+                )
+            found = errors.estimates(outcomes, self.settings)
+            table = errors.markdown(found)
+            print(table)
+            files.write_text(self.out / "errors.md", table + "\n")
+            files.write_text(self.out / "errors.csv", errors.comma_separated(found))
+            with canvas.look():
+                for name, draw in (("figure", figures.overview), ("extended", figures.extended)):
+                    picture = draw(example, outcomes, self.settings)
+                    for extension in ("png", "pdf"):
+                        canvas.save(picture, self.out / f"{name}.{extension}")
+            settings = {k: v for k, v in dataclasses.asdict(self).items() if k != "out"}
+            files.write_json(self.out / "toy.json", {"settings": settings} | surroundings())
         print(f"table, figures and settings lie in {self.out}")

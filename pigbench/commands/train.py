@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import dataclasses
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
+from pigbench.support import files
 from pigbench.support.lock import only_writer
 from pigbench.training.evaluate import Evaluation
 from pigbench.training.provenance import provenance
@@ -85,6 +87,9 @@ class Train:
         schedule = Schedule(self.steps, self.log_every, self.evaluate_every)
         if len(set(self.seeds)) < len(self.seeds):
             raise UserError(f"seeds names one twice: {', '.join(map(str, self.seeds))}")
+        groups = self._groups()
+        for folder in itertools.chain.from_iterable(groups):
+            files.require_folder(folder)
         data = dataset.load(self.data)
         env = envs.make(data.spec.environment, engine=self.engine, profile=data.spec.physics)
         dataset.check_layout(data, env.layout)
@@ -94,7 +99,7 @@ class Train:
         statistics = Statistics.of(rows.observations)
         agent = agent_for(env, self.method, self.agent_config, statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
-        for group in self._groups():
+        for group in groups:
             with contextlib.ExitStack() as stack:
                 for folder in group:
                     stack.enter_context(only_writer(folder))

@@ -25,6 +25,7 @@ from pigbench.data.writer import Writer
 from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
 from pigbench.support import files
+from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 
 SUFFIX = ".npz"
@@ -51,13 +52,12 @@ def write(dataset: Dataset, path: Path, *, rows_per_file: int | None = None) -> 
     one shard. Raises UserError when a split is empty: OGBench's loaders read both.
     """
     split_paths(path)
-    if not path.parent.is_dir():
-        raise UserError(f"{path.parent} is no folder")
     written = {
         split_paths(path.with_stem(f"{path.stem}{number}"))[name]: part
         for name in _ENDINGS
         for number, part in _parts(dataset.split(name), rows_per_file)
     }
+    files.require_files(*written)
     total = sum(len(part.records) * len(part.spec.fields) for part in written.values())
     with Progress("export", total=total, unit="files") as progress:
         for file, part in written.items():
@@ -87,17 +87,19 @@ def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path)
     policies trained on the data are evaluated. Raises UserError when a file is missing or torn, or
     when its arrays are not those of the environment.
     """
+    files.require_folder(folder)
     env = envs.make(environment, profile=physics)
     found = _files(paths)
     total = sum(map(len, found.values()))
     with Progress("opening", total=total, unit="files") as progress:
         sources = {split: [_open(env, file, progress) for file in found[split]] for split in found}
     spec = _spec(env, sources)
-    writer = Writer(folder, spec)
-    share = sum(part.episodes for part in writer.missing()) / sum(spec.episodes.values())
     rows = sum(source.rows for own in sources.values() for source in own)
-    collect.require_room(env, spec.fields, round(share * rows), folder)
-    _fill(writer, spec, sources)
+    with only_writer(folder):
+        writer = Writer(folder, spec)
+        share = sum(part.episodes for part in writer.missing()) / sum(spec.episodes.values())
+        collect.require_room(env, spec.fields, round(share * rows), folder)
+        _fill(writer, spec, sources)
 
 
 def _files(paths: Sequence[Path]) -> dict[str, list[Path]]:
@@ -120,8 +122,7 @@ def _files(paths: Sequence[Path]) -> dict[str, list[Path]]:
 
 
 def _open(env: CubeEnv, file: Path, progress: Progress) -> "_Source":
-    source = _Source(file)
-    source.check(env)
+    source = _Source(file, env)
     progress.advance(1, file.name)
     return source
 
@@ -203,10 +204,10 @@ class _Source:
         fields: the fields of a shard that it holds.
         lengths: the rows of each episode, (episodes,), with its last state.
 
-    Raises UserError when it is torn.
+    Raises UserError when it is torn, or its arrays are not of the environment's shapes.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, env: CubeEnv) -> None:
         self.path = path
         if not path.is_file():
             raise UserError(f"{path} does not exist")
@@ -224,10 +225,10 @@ class _Source:
             for field in shard.DTYPES
             if field == "terminals" or field in self._stored & {*kept}
         )
-        (ends,) = self._pieces(ending, [self._shape(ending)[0]])
+        self._check_shapes(env)
+        (ends,) = self._pieces(ending, [self._stored_rows])
         ends = np.flatnonzero(ends == (ending != _VALIDS))
         self._stored_lengths = np.diff(ends, prepend=-1)
-        self._stored_rows = self._shape(ending)[0]
         if not len(ends):
             raise UserError(f"{path} has no whole episode: its {ending} tell of no last row")
         if ends[-1] != self._stored_rows - 1:
@@ -251,14 +252,14 @@ class _Source:
         starts = range(0, len(self.lengths), _MOST_EPISODES)
         return [min(_MOST_EPISODES, len(self.lengths) - start) for start in starts]
 
-    def check(self, env: CubeEnv) -> None:
-        """Raises UserError unless all arrays have the environment's shapes."""
+    def _check_shapes(self, env: CubeEnv) -> None:
+        """Raises UserError unless all arrays have the environment's shapes. Reads headers alone."""
         row_shapes = collect.row_shapes(env)
         row_shapes |= {_NEXT: row_shapes["observations"], _VALIDS: ()}
-        for field, row_shape in row_shapes.items():
-            if field not in self._stored:
-                continue
-            shape, expected = self._shape(field), (self._stored_rows, *row_shape)
+        shapes = {field: self._shape(field) for field in row_shapes if field in self._stored}
+        self._stored_rows = next((shape[0] for shape in shapes.values() if shape), 0)
+        for field, shape in shapes.items():
+            expected = (self._stored_rows, *row_shapes[field])
             if shape != expected:
                 raise UserError(
                     f"{self.path} does not fit {env.spec.name}: {field} has shape {shape} instead "

@@ -55,7 +55,7 @@ def _begin(folder: Path, spec: Spec) -> Manifest:
     own = {files.temporary_path(folder / manifest.FILE_NAME)}
     if folder.exists() and not (folder.is_dir() and own.issuperset(folder.iterdir())):
         raise UserError(f"{folder} is not an empty folder and holds no data set; choose another")
-    folder.mkdir(parents=True, exist_ok=True)
+    files.make_folder(folder)
     begun = Manifest(spec)
     manifest.write(folder, begun)
     return begun

@@ -58,13 +58,18 @@ def file_format(path: Path) -> str:
     return extension
 
 
+def check_path(path: Path) -> None:
+    """Raises UserError unless a picture can be written there, in the format of its extension."""
+    file_format(path)
+    files.require_file(path)
+
+
 def save(figure: Figure, path: Path) -> None:
     """Writes the figure, in the format that the extension tells. Same figure, same bytes.
 
-    Makes the file's folder if need be. Raises UserError when the format is unknown.
+    Raises UserError as `check_path`.
     """
     extension = file_format(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     with files.replacing_file(path) as file:
         figure.savefig(file, format=extension, metadata=_METADATA.get(extension))
 

@@ -33,7 +33,7 @@ def plot(
     Names are ordered as in `tables.method_table`. Same results, same bytes. Raises UserError when
     the kind or the format is unknown or the results are not comparable.
     """
-    canvas.file_format(path)  # raises before the work rather than after it
+    canvas.check_path(path)  # raises before the work rather than after it
     draw = lookup("kind of picture", KINDS, kind)
     with canvas.look():
         canvas.save(draw(results, order, scoring or Scoring()), path)

@@ -6,11 +6,13 @@ temporary name beside its place, synced to the disk, and renamed. One writer a p
 
 import contextlib
 import errno
+import fcntl
 import hashlib
 import json
 import os
 import resource
 import shutil
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -44,25 +46,79 @@ def _is_full_disk(error: Exception) -> bool:
     return getattr(error, "errno", None) in _DISK_FULL or "No space left" in str(error)
 
 
+def require_folder(path: Path) -> None:
+    """Raises UserError unless files can be written in the folder `path`; it need not exist yet.
+
+    For the beginning of long work, so that it is not lost at the end. Leaves no trace.
+    """
+    nearest = next(place for place in (path, *path.absolute().parents) if os.path.lexists(place))
+    if not nearest.is_dir():
+        raise UserError(f"{nearest} is not a folder: choose another")
+    try:
+        tempfile.TemporaryFile(dir=nearest).close()
+    except OSError as error:
+        raise UserError(f"{path} cannot be written: {error.strerror} in {nearest}") from None
+
+
+def require_file(path: Path) -> None:
+    """As `require_folder`, for a file; its folder need not exist yet."""
+    if path.exists() and not path.is_file():
+        raise UserError(f"{path} is not a file: choose another name")
+    require_folder(path.parent)
+
+
+def require_files(*paths: Path | None) -> None:
+    """As `require_file`, for each that is given."""
+    for path in filter(None, paths):
+        require_file(path)
+
+
+def make_folder(path: Path) -> None:
+    """Makes the folder, and those above it, if need be. Raises UserError as `require_folder`."""
+    require_folder(path)
+    with explaining_full_disk(path):
+        path.mkdir(parents=True, exist_ok=True)
+
+
 @contextlib.contextmanager
 def replacing_file(path: Path) -> Iterator[BinaryIO]:
     """A file to write; it takes the place of `path` when the block ends without an error.
 
-    Raises UserError when there is no folder for it or the disk is full.
+    Its folder is made if need be. Raises UserError when `require_file` does, when another process
+    is writing it, and when the disk is full.
     """
+    require_file(path)
     temporary = temporary_path(path)
-    if not path.parent.is_dir():
-        raise UserError(f"{path} cannot be written: there is no folder {path.parent}")
-    with explaining_full_disk(path):
+    with explaining_full_disk(path), _opened_alone(temporary) as file:
         try:
-            with open(temporary, "wb") as file:
-                yield file
-                file.flush()
-                os.fsync(file.fileno())
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
             os.replace(temporary, path)
             _sync(path.parent)
         finally:
             temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _opened_alone(path: Path) -> Iterator[BinaryIO]:
+    """The file, emptied, for one process at a time. Raises UserError for any other."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
+    with open(descriptor, "wb") as file:
+        if not _is_locked(descriptor, path):
+            raise UserError(f"{path} is being written by another process: wait until it has ended")
+        file.truncate()
+        yield file
+
+
+def _is_locked(descriptor: int, path: Path) -> bool:
+    """Is the open file now this process's, and still `path` (nobody has renamed it meanwhile)?"""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except (BlockingIOError, FileNotFoundError):
+        return False
 
 
 @contextlib.contextmanager

@@ -16,12 +16,11 @@ _TRIES, _PAUSE_SECONDS = 5, 0.02
 
 @contextlib.contextmanager
 def only_writer(folder: Path) -> Iterator[None]:
-    """Holds a folder, made if it is missing. Raises UserError when another process holds it."""
-    with files.explaining_full_disk(folder):
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except (FileExistsError, NotADirectoryError):
-            raise UserError(f"{folder} is not a folder: choose another") from None
+    """Holds a folder, made if it is missing.
+
+    Raises UserError when another process holds it, or nothing can be written there.
+    """
+    files.make_folder(folder)
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         if not _take_patiently(descriptor):

@@ -13,11 +13,10 @@ _QUALITY = "20"  # of H.264: lower is better and larger
 
 
 def check_path(path: Path, extension: str) -> None:
-    """Raises UserError unless the file's name ends so and it has a folder to be in."""
+    """Raises UserError unless the file's name ends so and it can be written."""
     if path.suffix.lower() != extension:
         raise UserError(f"{path} does not end in {extension}")
-    if not path.parent.is_dir():
-        raise UserError(f"{path.parent} is no folder")
+    files.require_file(path)
 
 
 def write_png(path: Path, picture: np.ndarray) -> None:

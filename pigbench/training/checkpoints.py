@@ -15,11 +15,16 @@ from pigbench.support import files
 
 
 class Checkpoints:
-    """The checkpoints of a run's folder. A context manager."""
+    """The checkpoints of a run's folder. A context manager.
 
-    def __init__(self, folder: Path) -> None:
+    Where `read_only`, nothing is made or tidied there: another process may be training.
+    """
+
+    def __init__(self, folder: Path, *, read_only: bool = False) -> None:
         self.folder = folder
-        options = ocp.CheckpointManagerOptions(max_to_keep=2, enable_async_checkpointing=False)
+        options = ocp.CheckpointManagerOptions(
+            max_to_keep=2, enable_async_checkpointing=False, read_only=read_only
+        )
         with files.explaining_full_disk(folder):
             self._manager = ocp.CheckpointManager(folder.absolute(), options=options)
 

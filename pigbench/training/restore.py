@@ -44,7 +44,7 @@ def restore(folder: Path, *, engine: str | None = None) -> Trained:
     run = read_run(folder)
     env = envs.make(run.config.environment, engine=engine, profile=run.config.physics)
     agent = agent_for(env, run.config.method, agent_config(run), read_statistics(run))
-    with Checkpoints(run.checkpoints_path) as checkpoints:
+    with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
         step = common_step([checkpoints])
         if step is None:
             raise UserError(f"{folder} has no checkpoint yet; train it first")

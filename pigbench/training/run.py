@@ -95,8 +95,7 @@ def open_run(
         run = read_run(path)
         require_same(str(path), dataclasses.asdict(run.config), dataclasses.asdict(config))
         return run
-    with files.explaining_full_disk(path):
-        path.mkdir(parents=True, exist_ok=True)
+    files.make_folder(path)
     files.write_json(path / PROVENANCE_FILE, provenance)
     content = {name: values.tolist() for name, values in statistics._asdict().items()}
     files.write_json(path / STATISTICS_FILE, content)

@@ -1,6 +1,7 @@
 import errno
 import hashlib
 import os
+from pathlib import Path
 
 import pytest
 
@@ -67,15 +68,36 @@ def test_a_full_disk_is_explained(tmp_path, monkeypatch, number):
         files.write_text(tmp_path / "x.txt", "text")
 
 
-def test_other_errors_of_the_system_pass(tmp_path):
+def test_what_is_no_file_is_not_replaced(tmp_path):
     (tmp_path / "x.txt").mkdir()
-    with pytest.raises(IsADirectoryError):
-        files.write_text(tmp_path / "x.txt", "text")
+    for path in (tmp_path / "x.txt", Path("/dev/full")):
+        with pytest.raises(UserError, match=rf"{path} is not a file"):
+            files.write_text(path, "text")
+    assert Path("/dev/full").is_char_device()
 
 
-def test_a_missing_folder_is_named(tmp_path):
-    with pytest.raises(UserError, match=r"x\.txt cannot be written: there is no folder .*missing"):
-        files.write_text(tmp_path / "missing" / "x.txt", "text")
+def test_a_missing_folder_is_made(tmp_path):
+    files.write_text(tmp_path / "missing" / "x.txt", "text")
+    assert (tmp_path / "missing" / "x.txt").read_text() == "text"
+
+
+def test_a_folder_can_be_asked_about_without_a_trace(tmp_path):
+    files.require_folder(tmp_path / "a" / "b")
+    files.require_file(tmp_path / "a" / "x.txt")
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "a").touch()
+    with pytest.raises(UserError, match=r"/a is not a folder"):
+        files.require_folder(tmp_path / "a" / "b")
+
+
+def test_a_file_has_one_writer(tmp_path):
+    path = tmp_path / "x.txt"
+    with files.replacing_file(path) as file:
+        file.write(b"first")
+        with pytest.raises(UserError, match="is being written by another process"):
+            files.write_text(path, "second")
+    assert path.read_text() == "first"
+    assert os.listdir(tmp_path) == ["x.txt"]
 
 
 @pytest.mark.parametrize("content", [b"", b'{"a": 1', b"\xff\xfe"])

@@ -60,5 +60,6 @@ def test_paths(tmp_path):
     pictures.check_path(tmp_path / "x.PNG", ".png")
     with pytest.raises(UserError, match=r"x\.jpg does not end in \.png"):
         pictures.check_path(tmp_path / "x.jpg", ".png")
-    with pytest.raises(UserError, match="nowhere is no folder"):
-        pictures.check_path(tmp_path / "nowhere" / "x.png", ".png")
+    (tmp_path / "file").touch()
+    with pytest.raises(UserError, match="file is not a folder"):
+        pictures.check_path(tmp_path / "file" / "x.png", ".png")
