@@ -4,7 +4,6 @@
 # pyright: reportAttributeAccessIssue=false
 
 import importlib
-import os
 from typing import Any
 
 import mujoco
@@ -76,11 +75,8 @@ class Canvas:
 
 
 def _opengl(width: int, height: int) -> Any:
-    """A current OpenGL context of MuJoCo's, by MUJOCO_GL or the first library there is."""
-    installed = filter(opengl.is_installed, opengl.LIBRARIES)
-    name = os.environ.get("MUJOCO_GL") or next(installed, None)
-    if name is None:
-        raise UserError(f"nothing can be drawn here: install {opengl.PACKAGES}")
+    """A current OpenGL context of MuJoCo's."""
+    name = opengl.choose()
     try:
         context = importlib.import_module(f"mujoco.{name}").GLContext(width, height)
         context.make_current()

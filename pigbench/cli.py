@@ -130,7 +130,7 @@ def parse(arguments: Sequence[str]) -> Any:
     """The command that `arguments` ask for. Raises UserError for what the user got wrong."""
     files, arguments = _take_plugins(arguments)
     name, rest = _choose(arguments)
-    opengl.check_choice()
+    opengl.spare_mujoco()
     _cache_compilations()
     plugins.load_installed()
     for file in files:

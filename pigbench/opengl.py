@@ -1,9 +1,12 @@
 """How OpenGL is reached without a screen."""
 
+import contextlib
 import ctypes.util
+import importlib
 import os
+from collections.abc import Iterator
 
-from pigbench.errors import UserError
+from pigbench.errors import UserError, unknown_name
 
 LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
 """Value of MUJOCO_GL -> the library that it takes, in order of preference."""
@@ -11,16 +14,62 @@ LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
 PACKAGES = "EGL (on Debian: apt-get install libegl1 libgl1-mesa-dri) or OSMesa (libosmesa6)"
 """What to install where neither is there."""
 
+_VARIABLE = "MUJOCO_GL"
+_SCREEN = "glfw"
+_ANY = "", "on", "enable", "enabled", "true", "1"
+_NONE = "off", "disable", "disabled", "false", "0"
+
 
 def is_installed(name: str) -> bool:
     """Is the library there that MUJOCO_GL = `name` takes?"""
     return ctypes.util.find_library(LIBRARIES[name]) is not None
 
 
-def check_choice() -> None:
-    """Raises UserError if MUJOCO_GL asks for what is not there: MuJoCo would not be imported."""
-    name = os.environ.get("MUJOCO_GL", "").lower().strip()
-    if name in LIBRARIES and not is_installed(name):
+def choose() -> str:
+    """The way to draw, as MuJoCo names it: MUJOCO_GL's, or else the first that is installed.
+
+    Raises UserError where that is not there.
+    """
+    name = _asked()
+    if name in _NONE:
+        raise UserError(f"{_VARIABLE} is {name}: unset it to draw")
+    if name in _ANY:
+        installed = next(filter(is_installed, LIBRARIES), None)
+        if installed is None:
+            raise UserError(f"nothing can be drawn here: install {PACKAGES}")
+        return installed
+    if name == _SCREEN:
+        return name
+    if name not in LIBRARIES:
+        raise unknown_name(f"value of {_VARIABLE}", name, [*LIBRARIES, _SCREEN])
+    if not is_installed(name):
         raise UserError(
-            f"MUJOCO_GL is {name}, which is not installed: unset it, or install {PACKAGES}"
+            f"{_VARIABLE} is {name}, which is not installed: unset it, or install {PACKAGES}"
         )
+    return name
+
+
+def spare_mujoco() -> None:
+    """Imports MuJoCo without the choice of MUJOCO_GL where that would keep it from being imported.
+
+    Only what draws minds the choice, which it asks `choose` for.
+    """
+    try:
+        if _asked() not in (*_ANY, *_NONE):
+            choose()
+    except UserError:
+        with _without_choice():
+            importlib.import_module("mujoco")
+
+
+def _asked() -> str:
+    return os.environ.get(_VARIABLE, "").lower().strip()
+
+
+@contextlib.contextmanager
+def _without_choice() -> Iterator[None]:
+    asked = os.environ.pop(_VARIABLE)
+    try:
+        yield
+    finally:
+        os.environ[_VARIABLE] = asked

@@ -3,8 +3,7 @@
 import importlib.util
 from collections.abc import Callable
 
-import jax
-
+from pigbench import devices
 from pigbench.envs.physics.base import Physics, PhysicsState, warn_of_overflow
 from pigbench.envs.physics.mjx_jax import MjxJax
 from pigbench.envs.physics.mjx_warp import MjxWarp
@@ -19,7 +18,7 @@ ENGINES: dict[str, Callable[[Scene], Physics]] = {
 
 def default_engine() -> str:
     """The engine for the device that JAX runs on."""
-    platform = jax.default_backend()
+    platform = devices.backend()
     if platform == "cpu":
         return MujocoPhysics.name
     has_warp = platform == "gpu" and importlib.util.find_spec("warp") is not None

@@ -1,7 +1,7 @@
 """`pigbench render` and `pigbench data render`: pictures and films, without a screen too."""
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ import jax
 import numpy as np
 import tyro
 
-from pigbench import envs, seeds
+from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
@@ -77,6 +77,7 @@ class Render:
 
     def _scene(self) -> None:
         pictures.check_path(self.out, ".png")
+        opengl.choose()
         env = envs.make(self.source, engine=self.engine)
         task = _task(env, 1 if self.task is None else self.task)
         state = jax.jit(env.reset_task)(seeds.key(self.seed), task)
@@ -88,14 +89,16 @@ class Render:
 
     def _run(self) -> None:
         pictures.check_path(self.out, ".mp4")
+        opengl.choose()
         evaluation = Evaluation(self.episodes, self.seed)
         _, env, agent, state = restore(Path(self.source), engine=self.engine)
         tasks = range(1, env.num_tasks + 1) if self.task is None else [_task(env, self.task)]
-        with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
-            recordings = record(env, agent, state.params, evaluation, progress.reach)
-        shown = [recording for recording in recordings if recording.task in tasks]
-        shots = [Shot(recording.qpos, recording.target) for recording in shown]
-        _film(self.out, env.spec.num_cubes, shots, self.size)
+        with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
+            with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
+                recordings = record(env, agent, state.params, evaluation, progress.reach)
+            shown = [recording for recording in recordings if recording.task in tasks]
+            shots = [Shot(recording.qpos, recording.target) for recording in shown]
+            _film(self.out, renderer, shots)
         for recording in shown:
             outcome = "success" if recording.success else "failure"
             name = env.spec.tasks[recording.task - 1].name
@@ -120,9 +123,12 @@ class RenderData:
     def run(self) -> None:
         """Draw and write the file."""
         pictures.check_path(self.out, ".mp4")
+        opengl.choose()
         split = dataset.load(self.folder).split(self.split)
         spec = lookup("environment", envs.SPECS, split.spec.environment)
-        _film(self.out, spec.num_cubes, [Shot(self._states(split), goal=None)], self.size)
+        shot = Shot(self._states(split), goal=None)
+        with Renderer(spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
+            _film(self.out, renderer, [shot])
         print(f"{self.out} is drawn")
 
     def _states(self, split: dataset.Split) -> np.ndarray:
@@ -142,14 +148,10 @@ def _task(env: envs.CubeEnv, task: int) -> int:
     return task
 
 
-def _film(path: Path, num_cubes: int, shots: Iterable[Shot], size: Size) -> None:
+def _film(path: Path, renderer: Renderer, shots: Sequence[Shot]) -> None:
     """At the simulation's own pace."""
-    shots = list(shots)
     total = sum(len(shot.qpos) for shot in shots)
-    with (
-        Renderer(num_cubes, **dataclasses.asdict(size)) as renderer,
-        Progress("render", total=total, unit="pictures") as progress,
-    ):
+    with Progress("render", total=total, unit="pictures") as progress:
 
         def frames():
             for shot in shots:

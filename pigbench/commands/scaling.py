@@ -7,7 +7,7 @@ from pathlib import Path
 
 import tyro
 
-from pigbench import envs
+from pigbench import devices, envs
 from pigbench.bench import scaling, simulation
 from pigbench.bench.scaling import Point
 from pigbench.bench.timing import Timing
@@ -99,6 +99,7 @@ class Memory:
     def run(self) -> None:
         """Compile and print a table."""
         _check(*self.simulations)
+        devices.backend()
         lines = []
         points = list(itertools.product(self.engine, self.simulations))
         with Progress("compiling", total=len(points), unit="programs") as progress:

@@ -3,6 +3,7 @@
 import dataclasses
 from pathlib import Path
 
+from pigbench import devices
 from pigbench.errors import UserError, lookup
 from pigbench.report import canvas
 from pigbench.seeds import Seed, check
@@ -41,6 +42,7 @@ class Toy:
 
     def run(self) -> None:
         """Fit, print the table and write the files."""
+        devices.backend()  # raises before a folder is made
         example = EXAMPLES[self.example]
         with only_writer(self.out):
             total = self.settings.steps * len(LOSSES) * len(example.fits)

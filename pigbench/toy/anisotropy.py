@@ -7,6 +7,7 @@ the optimal motion is straight.
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from pigbench.agents.norms import safe_norm
 from pigbench.toy.problem import STEP, Example, Mode, Section
@@ -17,7 +18,7 @@ RATIOS = 1, 2, 4
 
 def mode(ratio: float) -> Mode:
     """Motion with the speeds' ratio r."""
-    slownesses = jnp.array([ratio**-0.5, ratio**0.5])
+    slownesses = np.array([ratio**-0.5, ratio**0.5], np.float32)
 
     def cost_to_go(states: jax.Array) -> jax.Array:
         return safe_norm(states * slownesses)

@@ -173,7 +173,7 @@ def test_bad_input_gets_one_clear_line_and_status_2(arguments, says, tmp_path, m
 @pytest.mark.parametrize("name", cli.COMMANDS)
 def test_an_interrupted_command_says_what_running_it_again_does(name, monkeypatch, capsys):
     def interrupt(arguments):
-        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGTERM)
 
     def leave(status):
         raise SystemExit(status)
@@ -183,7 +183,7 @@ def test_an_interrupted_command_says_what_running_it_again_does(name, monkeypatc
     monkeypatch.setattr(sys, "argv", ["pigbench", *name.split(), "--out", "x"])
     with pytest.raises(SystemExit) as stop:
         cli.main()
-    assert stop.value.code == 130
+    assert stop.value.code == 143
     then = "go on" if name in ("generate", "data import", "train", "suite") else "begin anew"
     expected = f"pigbench: interrupted; run the same command again to {then}\n"
     assert capsys.readouterr().err == expected
