@@ -20,7 +20,7 @@ import tyro
 
 from pigbench import opengl, plugins
 from pigbench.errors import UserError, lookup
-from pigbench.support import interrupts
+from pigbench.support import interrupts, output
 
 
 class Command(NamedTuple):
@@ -73,6 +73,7 @@ USAGE_ERROR = 2
 def main() -> None:
     """Run the command of `sys.argv`; the exit status is 2 for a user's error."""
     warnings.formatwarning = _format_warning
+    output.write_plainly_where_needed(sys.stdout, sys.stderr)
     with interrupts.leaving_at_once(_farewell):
         try:
             try:
@@ -109,7 +110,7 @@ def _farewell() -> str:
 
 
 def _format_warning(message: Warning | str, *_: object) -> str:
-    return f"pigbench: {message}\n"
+    return f"pigbench: {' '.join(str(message).split())}\n"
 
 
 def run(arguments: Sequence[str]) -> None:

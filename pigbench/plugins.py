@@ -4,6 +4,8 @@ import contextlib
 import importlib.metadata
 import importlib.util
 import sys
+import traceback
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,17 +16,17 @@ ENTRY_POINTS = "pigbench.agents"
 
 
 def load_installed() -> None:
-    """Import the methods that installed packages declare.
-
-    Raises `UserError` if one cannot be imported.
-    """
+    """Import the methods that installed packages declare; warns of those that do not load."""
     for entry in importlib.metadata.entry_points(group=ENTRY_POINTS):
-        with _explaining(f"entry point {entry.name!r} ({entry.value})"):
-            entry.load()
+        try:
+            with _explaining(f"entry point {entry.name!r} ({entry.value})"):
+                entry.load()
+        except UserError as error:
+            warnings.warn(f"{error}; going on without it", stacklevel=2)
 
 
 def load_file(path: Path) -> None:
-    """Run a Python file, once, that registers methods.
+    """Run a Python file, once, that registers methods. It can import what lies beside it.
 
     Raises `UserError` if there is none or it does not run.
     """
@@ -36,6 +38,9 @@ def load_file(path: Path) -> None:
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    beside = str(path.resolve().parent)
+    if beside not in sys.path:
+        sys.path.append(beside)  # last: a neighbour hides nothing that is installed
     sys.modules[name] = module  # dataclasses look up the module they are defined in
     try:
         with _explaining(f"plugin {path}"):
@@ -57,5 +62,15 @@ def _explaining(plugin: str) -> Iterator[None]:
         yield
     except UserError as error:
         raise UserError(f"{plugin}: {error}") from error
-    except Exception as error:
-        raise UserError(f"{plugin} does not load: {type(error).__name__}: {error}") from error
+    except (Exception, SystemExit) as error:
+        raise UserError(
+            f"{plugin} does not load: {type(error).__name__}: {error}{_place(error)}"
+        ) from error
+
+
+def _place(error: BaseException) -> str:
+    """Where in a plugin's own code the error arose: the innermost line that is not Python's."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if not frame.filename.startswith("<")]
+    last = own[-1] if own else None
+    return f" ({last.filename}, line {last.lineno})" if last else ""

@@ -26,6 +26,7 @@ class MujocoPhysics(Physics):
 
     def __init__(self, scene: Scene, threads: int | None = None):
         super().__init__(scene)
+        _keep_no_log()
         self._model = copy.copy(scene.model)
         # A simulation that diverges must show, not restart by itself.
         self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
@@ -107,3 +108,11 @@ class MujocoPhysics(Physics):
                 batch.bind(field)
             self._batches[nsim] = batch
         return self._batches[nsim]
+
+
+def _keep_no_log() -> None:
+    """What MuJoCo warns of, simulations that diverge, is in their state; it would write it into
+    MUJOCO_LOG.TXT wherever the user is.
+    """
+    if mujoco.get_mju_user_warning() is None:
+        mujoco.set_mju_user_warning(lambda _: None)

@@ -16,7 +16,7 @@ from pigbench.data import dataset, homes
 from pigbench.errors import UserError
 from pigbench.fidelity import peer
 from pigbench.report.formats import markdown_grid
-from pigbench.support import files
+from pigbench.support import files, memory
 from pigbench.support.progress import Progress
 from pigbench.training.provenance import surroundings
 
@@ -103,6 +103,9 @@ class Generate:
     def run(self) -> None:
         """Measure and print a table."""
         files.require_files(self.json)
+        if self.simulations < 1:
+            raise UserError(f"simulations is {self.simulations}: it must be at least 1")
+        memory.require(self.simulations)
         contenders = [peers.generation(self.environment)]
         for profile in self.physics:
             env = envs.make(self.environment, engine=self.engine, profile=profile)

@@ -3,6 +3,7 @@
 import dataclasses
 import importlib
 from pathlib import Path
+from shlex import quote
 
 import tyro
 
@@ -89,4 +90,4 @@ class Import:
         """Import what is missing."""
         form = importlib.import_module(lookup("format", _FORMATS, self.format))
         form.read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
-        print(f"{self.out} is complete; see it with: pigbench data info {self.out}")
+        print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")

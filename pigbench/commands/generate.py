@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import jax
@@ -16,7 +17,7 @@ from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.errors import UserError, lookup
 from pigbench.seeds import Seed
-from pigbench.support import files
+from pigbench.support import files, memory
 from pigbench.support.lock import only_writer
 from pigbench.training.provenance import package_versions
 
@@ -60,6 +61,9 @@ class Generate:
         for name in ("episodes", "episode_length", "episodes_per_shard"):
             if getattr(self, name) is not None and getattr(self, name) < 1:
                 raise UserError(f"{name} is {getattr(self, name)}: it must be at least 1")
+        if self._validation_episodes() < 0:
+            raise UserError(f"validation_episodes is {self.validation_episodes}: 0 is the least")
+        memory.require(self._episodes_per_shard())
         policy = lookup("policy", POLICIES, self.policy)
         files.require_folder(self.out)
         env = envs.make(self.environment, engine=self.engine, profile=self.physics)
@@ -77,11 +81,14 @@ class Generate:
             action_size=env.action_size,
             versions=package_versions(),
         )
+        if not self.out.exists():  # else what is missing is counted
+            every = sum(spec.episodes.values()) * self.episode_length
+            collect.require_room(env, spec.fields, every, self.out)
         with only_writer(self.out):
             writer = Writer(self.out, spec)
             if writer.missing():
                 collect.write_missing(env, policy(env.scene), spec, writer)
-        print(f"{self.out} is complete; see it with: pigbench data info {self.out}")
+        print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
 
     def _validation_episodes(self) -> int:
         if self.validation_episodes is None:

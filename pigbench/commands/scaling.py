@@ -15,7 +15,7 @@ from pigbench.commands.bench import Turns, measure, save
 from pigbench.errors import UserError
 from pigbench.report import canvas
 from pigbench.report.formats import markdown_grid
-from pigbench.support import files
+from pigbench.support import files, memory
 from pigbench.support.progress import Progress
 
 
@@ -120,3 +120,4 @@ def _check(*counts: int) -> None:
     for count in counts:
         if count < 1:
             raise UserError(f"simulations is {count}: it must be at least 1")
+        memory.require(count)

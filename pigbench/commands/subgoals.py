@@ -15,7 +15,7 @@ from pigbench.data import dataset
 from pigbench.errors import UserError
 from pigbench.report.formats import markdown_grid
 from pigbench.seeds import Seed
-from pigbench.support import files
+from pigbench.support import files, memory
 from pigbench.training.restore import restore
 
 _PERCENTILES = 50, 90
@@ -56,6 +56,7 @@ class SubgoalErrors:
         """Simulate and print the table."""
         if self.samples < 1:
             raise UserError(f"samples is {self.samples}: it must be at least 1")
+        memory.require(self.samples)
         out = self.out or self.run_folder / "analysis" / "subgoals.md"
         files.require_file(out)
         run, env, agent, state = restore(self.run_folder)

@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 
 import jax
 import tyro
@@ -118,7 +119,7 @@ class Train:
                 )
                 jax.block_until_ready(states)
             for folder in group:
-                print(f"{folder} is complete; see it with: pigbench table {folder}")
+                print(f"{folder} is complete; see it with: pigbench table {quote(str(folder))}")
 
     @property
     def agent_config(self) -> AgentConfig:

@@ -46,18 +46,23 @@ def _is_full_disk(error: Exception) -> bool:
     return getattr(error, "errno", None) in _DISK_FULL or "No space left" in str(error)
 
 
+def nearest(path: Path) -> Path:
+    """The path itself if it is there, or else the first above it that is."""
+    return next(place for place in (path, *path.absolute().parents) if os.path.lexists(place))
+
+
 def require_folder(path: Path) -> None:
     """Raises UserError unless files can be written in the folder `path`; it need not exist yet.
 
     For the beginning of long work, so that it is not lost at the end. Leaves no trace.
     """
-    nearest = next(place for place in (path, *path.absolute().parents) if os.path.lexists(place))
-    if not nearest.is_dir():
-        raise UserError(f"{nearest} is not a folder: choose another")
+    place = nearest(path)
+    if not place.is_dir():
+        raise UserError(f"{place} is not a folder: choose another")
     try:
-        tempfile.TemporaryFile(dir=nearest).close()
+        tempfile.TemporaryFile(dir=place).close()
     except OSError as error:
-        raise UserError(f"{path} cannot be written: {error.strerror} in {nearest}") from None
+        raise UserError(f"{path} cannot be written: {error.strerror} in {place}") from None
 
 
 def require_file(path: Path) -> None:
@@ -192,7 +197,7 @@ def sha256(path: Path) -> str:
 
 def require_room(path: Path, need: int) -> None:
     """Raises UserError unless the disk of the folder `path` has `need` bytes free."""
-    free = shutil.disk_usage(path).free
+    free = shutil.disk_usage(nearest(path)).free
     if free < need:
         raise UserError(f"{path} needs {need / 1e9:.1f} GB more, and its disk has {free / 1e9:.1f}")
 

@@ -1,5 +1,6 @@
 """Files of pictures and films from arrays of pixels, (height, width, 3) in uint8."""
 
+import io
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -34,7 +35,8 @@ def write_mp4(path: Path, pictures: Iterable[np.ndarray], *, rate: int) -> None:
         import av
     except ImportError:
         raise UserError("films need the package av: pip install 'pigbench[render]'") from None
-    with files.replacing_file(path) as file, av.open(file, "w", format="mp4") as film:
+    content = io.BytesIO()  # PyAV does not tell why it cannot write a file, such as a full disk
+    with av.open(content, "w", format="mp4") as film:
         stream = film.add_stream("libx264", rate=rate, options={"crf": _QUALITY})
         stream.pix_fmt = "yuv420p"
         for number, picture in enumerate(pictures):
@@ -43,3 +45,5 @@ def write_mp4(path: Path, pictures: Iterable[np.ndarray], *, rate: int) -> None:
             frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
             film.mux(stream.encode(frame))
         film.mux(stream.encode())
+    with files.replacing_file(path) as file:
+        file.write(content.getbuffer())

@@ -3,10 +3,13 @@
 Two, because runs that are trained together go on from a step that all of them have saved.
 """
 
-from collections.abc import Sequence
+import contextlib
+import logging
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import cast
 
+import jax
 import orbax.checkpoint as ocp
 
 from pigbench.agents import TrainState
@@ -40,7 +43,9 @@ class Checkpoints:
         step = int(state.step)
         if step in self.steps():
             return
-        with files.explaining_full_disk(self.folder):
+        size = sum(leaf.nbytes for leaf in jax.tree.leaves(state))
+        files.require_room(self.folder / str(step), size)
+        with files.explaining_full_disk(self.folder), _without_log():
             self._manager.save(step, args=ocp.args.StandardSave(state), force=True)
             self._manager.wait_until_finished()
 
@@ -50,7 +55,8 @@ class Checkpoints:
         Raises UserError if it cannot be read, or is of another structure.
         """
         try:
-            restored = self._manager.restore(step, args=ocp.args.StandardRestore(like))
+            with _without_log():
+                restored = self._manager.restore(step, args=ocp.args.StandardRestore(like))
         except Exception as error:  # Orbax raises many kinds for a torn or foreign checkpoint
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise UserError(
@@ -68,6 +74,17 @@ class Checkpoints:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+@contextlib.contextmanager
+def _without_log() -> Iterator[None]:
+    """Orbax logs the tracebacks of what it raises too, those of its threads included."""
+    logger = logging.getLogger("absl")
+    before, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = before
 
 
 def common_step(several: Sequence[Checkpoints]) -> int | None:

@@ -15,6 +15,7 @@ from pigbench.envs import CubeEnv, State
 from pigbench.envs.physics import PhysicsState, warn_of_overflow
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
+from pigbench.support import memory
 from pigbench.training import milestones
 from pigbench.training.episodes import Episode
 from pigbench.training.milestones import MEASURES, Value, Values
@@ -54,8 +55,9 @@ def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
     """All episodes at their start.
 
     An episode's scene and the policy's draws follow from the evaluation's seed, the task and the
-    episode's number alone.
+    episode's number alone. Raises UserError if they are too many for this machine.
     """
+    memory.require(env.num_tasks * evaluation.episodes)
     tasks, episodes = jnp.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)
     tasks += 1
 

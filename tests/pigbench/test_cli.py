@@ -149,6 +149,18 @@ WRONG = {
         ["generate", "cube-single", "--out", "D", "--episodes", "0"],
         "at least 1",
     ),
+    "negative validation": (
+        ["generate", "cube-single", "--out", "D", "--validation-episodes", "-5"],
+        "validation_episodes is -5",
+    ),
+    "more than the disk": (
+        ["generate", "cube-single", "--out", "D", "--episodes", "100000000000"],
+        "D needs",
+    ),
+    "more than the memory": (
+        ["generate", "cube-single", "--out", "D", "--episodes-per-shard", "100000000000"],
+        "100,000,000,000 simulations at once take",
+    ),
     "missing option": (["train", "gcivl", "--data", "D"], "--out"),
     "missing data set": (["data", "info", "D"], "pigbench generate"),
     "missing run": (["evaluate", "R"], "pigbench train"),

@@ -119,8 +119,51 @@ def test_what_is_wrong_with_a_plugin_is_said(tmp_path, content, complaint):
 def test_a_broken_package_is_named(monkeypatch):
     entry = importlib.metadata.EntryPoint("torn", "nosuchmodule:Torn", plugins.ENTRY_POINTS)
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: [entry])
-    with pytest.raises(UserError, match=r"'torn' \(nosuchmodule:Torn\) does not load"):
+    with pytest.warns(UserWarning, match=r"'torn' \(nosuchmodule:Torn\) does not load.* without"):
         plugins.load_installed()
+
+
+def test_a_broken_package_costs_a_line_and_its_method(package, tmp_path):
+    """Beside one that is whole, for a command that needs neither and for one that needs it."""
+    for name in ("torn_first", "torn_last"):
+        info = tmp_path / f"{name}-1.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n")
+        (info / "entry_points.txt").write_text(f"[pigbench.agents]\n{name} = {name}:X\n")
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError('first\\nsecond')\n")
+    listed = pigbench("list", "methods", path=tmp_path)
+    assert listed.returncode == 0
+    assert "hjb-gcivl" in listed.stdout
+    lines = sorted(listed.stderr.splitlines())
+    assert len(lines) == 2
+    for name, line in zip(("torn_first", "torn_last"), lines, strict=True):
+        assert line.startswith(f"pigbench: entry point '{name}' ({name}:X) does not load: ")
+        assert line.endswith(f"{name}.py, line 1); going on without it")
+    wanted = pigbench("train", "torn_last", "--data", "d", "--out", "r", path=tmp_path)
+    assert wanted.returncode == 2
+    assert wanted.stderr.splitlines()[-1].startswith("pigbench: unknown method 'torn_last'")
+
+
+def test_a_file_finds_its_neighbours(tmp_path, capsys):
+    (tmp_path / "a_neighbour_of_mine.py").write_text("NAME = 'named-by-a-neighbour'")
+    (tmp_path / "random.py").write_text("raise RuntimeError('hides what comes with Python')")
+    (tmp_path / "plugin.py").write_text(
+        "import dataclasses, random\n"
+        "from a_neighbour_of_mine import NAME\n"
+        "from pigbench import agents\n"
+        "agents.register(dataclasses.replace(agents.get('gcbc'), name=NAME))\n"
+    )
+    cli.run(["list", "methods", "--plugin", str(tmp_path / "plugin.py")])
+    assert "named-by-a-neighbour" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("what", ["1 / 0", "raise SystemExit(3)", "raise ValueError('a\\nb')"])
+def test_an_exception_is_one_line_that_names_its_place(what, tmp_path):
+    (tmp_path / "plugin.py").write_text(f"\n\n{what}\n")
+    done = pigbench("list", "methods", "--plugin", tmp_path / "plugin.py")
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.endswith("plugin.py, line 3)\n")
 
 
 def test_a_plugin_needs_a_file():

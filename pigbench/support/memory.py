@@ -1,0 +1,19 @@
+"""Simulations that this machine has no memory for are refused before they begin."""
+
+import os
+
+from pigbench.errors import UserError
+
+_BYTES_EACH = 4096
+"""What one simulation takes at least (one cube, the C engine)."""
+
+
+def require(simulations: int) -> None:
+    """Raises UserError if so many simulations at once need more than all of the memory."""
+    need = _BYTES_EACH * simulations
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if need > memory:
+        raise UserError(
+            f"{simulations:,} simulations at once take {need / 1e9:,.1f} GB at least, and this "
+            f"machine has {memory / 1e9:,.1f}: choose fewer"
+        )
