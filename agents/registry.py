@@ -19,6 +19,7 @@ from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup
+from pigbench.names import check
 
 _SMALL = {
     "actor_hidden_sizes": (256, 256, 256),
@@ -85,7 +86,8 @@ _METHODS: dict[str, Method] = {}
 
 
 def register(method: Method) -> None:
-    """Make `method` known under its name; `UserError` if the name is taken."""
+    """Make `method` known under its name; `UserError` if that is taken, or no name."""
+    check("a method", method.name)
     if method.name in _METHODS:
         raise UserError(f"method {method.name!r} is already registered: choose another name")
     _METHODS[method.name] = method

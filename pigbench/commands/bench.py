@@ -185,6 +185,7 @@ class Rows:
         """Measure and print a table."""
         if self.transitions < 1:
             raise UserError(f"transitions is {self.transitions}: it must be at least 1")
+        files.require_files(self.json)
         with rows.throw_away(self.environment, self.transitions, self.folder) as data:
             split = dataset.load(data).split("train")
             home = homes.choose("auto", split)
@@ -243,6 +244,7 @@ class Startup:
         """Measure and print a table."""
         if self.turns < 1:
             raise UserError(f"turns is {self.turns}: it must be at least 1")
+        files.require_files(self.json)
         taken: dict[str, list[float]] = {command: [] for command in _STARTED}
         with Progress("bench startup", total=self.turns * len(taken), unit="starts") as progress:
             for _ in range(self.turns):

@@ -149,6 +149,7 @@ class ParityPolicy:
 
     def run(self) -> None:
         """Simulate and print a table."""
+        files.require_files(self.json)
         evaluation = Evaluation(self.episodes, self.seed)
         run, env, agent, state = restore(self.run_folder, engine=self.engine)
         total = env.num_tasks * self.episodes

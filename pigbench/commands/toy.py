@@ -58,7 +58,7 @@ class Toy:
             print(table)
             files.write_text(self.out / "errors.md", table + "\n")
             files.write_text(self.out / "errors.csv", errors.comma_separated(found))
-            with canvas.look():
+            with canvas.look(math=True):
                 for name, draw in (("figure", figures.overview), ("extended", figures.extended)):
                     picture = draw(example, outcomes, self.settings)
                     for extension in ("png", "pdf"):

@@ -11,7 +11,7 @@ from shlex import quote
 import jax
 import tyro
 
-from pigbench import agents, envs
+from pigbench import agents, envs, names
 from pigbench.agents import AgentConfig, Statistics
 from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
@@ -66,6 +66,10 @@ class Train:
     """Physics engine of the evaluation."""
     rows: homes.Choice = "auto"
     """Where the data's rows are kept: device, disk, or auto for the device where they fit."""
+
+    def __post_init__(self) -> None:
+        if self.variant:
+            names.check("the variant", self.variant)
 
     @classmethod
     def defaults(cls, arguments: Sequence[str]) -> "Train":

@@ -43,11 +43,14 @@ _CHARACTER = 0.063
 
 
 @contextlib.contextmanager
-def look() -> Iterator[None]:
-    """Within it figures look the same, whatever the user's own settings of Matplotlib are."""
+def look(*, math: bool = False) -> Iterator[None]:
+    """Within it figures look the same, whatever the user's own settings of Matplotlib are.
+
+    Text between dollars is a formula where `math`; elsewhere it may be in a user's names.
+    """
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_LOOK)
+        mpl.rcParams.update(_LOOK | {"text.parse_math": math})
         yield
 
 

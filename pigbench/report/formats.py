@@ -21,7 +21,13 @@ _LATEX_ESCAPES = str.maketrans(
         ">": r"\textgreater{}",
         "±": r"$\pm$",
         "–": "--",
+        "\n": " ",
     }
+)
+
+
+_MARKDOWN_ESCAPES = str.maketrans(
+    {character: rf"\{character}" for character in "\\`*|<$["} | {"\n": " "}
 )
 
 
@@ -63,8 +69,12 @@ def _markdown(tables: Sequence[Table]) -> str:
 
 
 def _markdown_table(table: Table) -> str:
-    lines = _lines(table, table.columns, escape=str, bold="**{}**")
+    lines = _lines(table, table.columns, escape=_escape_markdown, bold="**{}**")
     return f"{markdown_grid(lines)}\n\n{table.caption}\n"
+
+
+def _escape_markdown(text: str) -> str:
+    return text.translate(_MARKDOWN_ESCAPES)
 
 
 def _latex(tables: Sequence[Table]) -> str:

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import pydantic
 
+from pigbench import names
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
 from pigbench.support import files
@@ -78,6 +79,8 @@ class Suite:
             "seeds": self.seeds,
             "variants": tuple(self.variants),
         }
+        for name in filter(None, self.variants):
+            names.check("a variant", name)
         for axis, values in axes.items():
             if not values:
                 raise UserError(f"{axis} is empty: name at least one")
@@ -122,8 +125,8 @@ def read(path: Path) -> Suite:
     if not path.suffix:
         path = READY / f"{path}.toml"
         if not path.exists():
-            names = ", ".join(sorted(file.stem for file in READY.glob("*.toml")))
-            raise UserError(f"no suite is named {path.stem}: name a .toml file, or one of {names}")
+            ready = ", ".join(sorted(file.stem for file in READY.glob("*.toml")))
+            raise UserError(f"no suite is named {path.stem}: name a .toml file, or one of {ready}")
     try:
         return pydantic.TypeAdapter(Suite).validate_python(tomllib.loads(files.read_text(path)))
     except tomllib.TOMLDecodeError as error:

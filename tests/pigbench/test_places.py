@@ -25,6 +25,7 @@ FOLDERS = {
     "train of several seeds": "train gcivl --data nothing --seeds 0 1 --out {}",
     "analyze": "analyze nothing --data nothing --out {}",
     "toy": "toy --out {}",
+    "bench device": "bench device --out {}",
     "suite": "suite cpu-flat --out {}",
 }
 FILES = {
@@ -33,6 +34,9 @@ FILES = {
     "subgoals": "subgoals nothing --data nothing --out {}",
     "parity": "parity --json {}",
     "parity data": "parity data --json {}",
+    "parity policy": "parity policy nothing --json {}",
+    "bench rows": "bench rows --json {}",
+    "bench startup": "bench startup --json {}",
     "bench train": "bench train --json {}",
     "bench generate": "bench generate --json {}",
     "bench evaluate": "bench evaluate --json {}",
@@ -124,7 +128,7 @@ def test_a_run_that_one_may_not_write_is_not_rolled_out(command, inputs):
     refuse(command, inputs["run"], "cannot be written")
 
 
-LOCKED = {name: FOLDERS[name] for name in ("generate", "toy", "suite")} | {
+LOCKED = {name: FOLDERS[name] for name in ("generate", "toy", "suite", "bench device")} | {
     "evaluate": "evaluate {}",  # what imports, trains or analyses is tested where its inputs are
 }
 
