@@ -4,8 +4,10 @@ import csv
 import io
 import json
 import os
+import shlex
 import shutil
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -235,3 +237,44 @@ def test_a_torn_checkpoint_is_named(run, tmp_path):
         path.write_bytes(b"")
     with pytest.raises(UserError, match=r"checkpoints/4 cannot be read"):
         cli.run(["evaluate", str(copy)])
+
+
+def test_hints_can_be_pasted(tmp_path, capsys):
+    out = tmp_path / "it's a folder"
+    cli.run([*GENERATE, "--out", str(out)])
+    command = capsys.readouterr().out.split("see it with: pigbench ")[1]
+    cli.run(shlex.split(command))
+    assert "93 rows" in capsys.readouterr().out
+
+
+def test_output_in_ascii(tmp_path, make_run):
+    runs = [make_run(tmp_path / str(seed), {1: [[1]]}, seed=seed).path for seed in (0, 1)]
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "pigbench", "table", *runs],
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"100.0 +/- 0.0" in done.stdout
+
+
+def test_a_name_that_is_no_text_is_said(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "pigbench", "data", "info", os.fsencode(tmp_path) + b"/\xff"],
+        capture_output=True,
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith(b"pigbench: ")
+    assert done.stderr.count(b"\n") == 1
+
+
+def test_what_the_system_refuses_is_one_line(monkeypatch, capsys):
+    def refuse(arguments):
+        raise PermissionError(13, "Permission denied", "somewhere/manifest.json")
+
+    monkeypatch.setattr(cli, "run", refuse)
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    assert stop.value.code == 2
+    expected = "pigbench: somewhere/manifest.json: Permission denied\n"
+    assert capsys.readouterr().err == expected

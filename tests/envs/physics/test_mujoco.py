@@ -1,5 +1,7 @@
 """The engine against a plain loop over MuJoCo in C, to the bit."""
 
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import jax
@@ -222,3 +224,21 @@ def test_engines_by_name(scene):
     assert engines.make("mujoco", scene(2)).name == engines.default_engine() == "mujoco"
     with pytest.raises(UserError, match=r"'mujco': did you mean 'mujoco'"):
         engines.make("mujco", scene(2))
+
+
+def test_what_diverges_writes_no_log(tmp_path):
+    """MuJoCo by itself writes MUJOCO_LOG.TXT where the user is; in a process that is there."""
+    code = (
+        "import jax.numpy as jnp\n"
+        "from pigbench import envs\n"
+        "physics = envs.make('cube-single').physics\n"
+        "model = physics.scene.model\n"
+        "state = physics.init(jnp.asarray(model.qpos0), jnp.full(model.nv, 1e30))\n"
+        "state = physics.step(state, jnp.zeros(model.nu))\n"
+        "assert state.diverged\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,73 @@
+"""A disk that is full while a checkpoint is written: one line, and what was there stays."""
+
+import contextlib
+import shutil
+import subprocess
+from collections import namedtuple
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import pytest
+
+from pigbench.agents import TrainState
+from pigbench.errors import UserError
+from pigbench.support import files
+from pigbench.training.checkpoints import Checkpoints
+
+Usage = namedtuple("Usage", "total used free")
+LARGE = 1_000_000
+
+
+def state(step: int, size: int = 10) -> TrainState:
+    params = {"a": jax.random.normal(jax.random.key(0), (size,))}
+    return TrainState(params, {}, (), jnp.array(step))
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """Two megabytes, where this user may mount."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=2m", "none", folder]
+    if shutil.which("mount") is None or subprocess.run(command, capture_output=True).returncode:
+        pytest.skip("no file system can be mounted here")
+    yield folder
+    subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+def test_room_is_asked_for_first(tmp_path, monkeypatch, capfd):
+    with Checkpoints(tmp_path) as checkpoints:
+        checkpoints.save(state(1))
+        monkeypatch.setattr(shutil, "disk_usage", lambda _: Usage(2000, 2000, 39))
+        with pytest.raises(UserError, match=r"needs .* GB more"):
+            checkpoints.save(state(2))
+        assert checkpoints.steps() == [1]
+    assert capfd.readouterr().err == ""
+    assert {path.name for path in tmp_path.iterdir()} == {"1"}
+
+
+def test_a_disk_that_fills_up_meanwhile(small_disk: Path, monkeypatch, caplog):
+    monkeypatch.setattr(files, "require_room", lambda *_: None)
+    with Checkpoints(small_disk / "run") as checkpoints:
+        checkpoints.save(state(1))
+        with pytest.raises(UserError, match="no space left on device"):
+            checkpoints.save(state(2, LARGE))
+        assert not caplog.records
+    with Checkpoints(small_disk / "run") as again, contextlib.suppress(UserError):
+        again.restore(state(0), 1)
+        assert again.steps() == [1]
+
+
+def test_reading_makes_and_tidies_nothing(tmp_path):
+    with Checkpoints(tmp_path / "run") as checkpoints:
+        checkpoints.save(state(1))
+    left = tmp_path / "run" / "2.orbax-checkpoint-tmp"
+    left.mkdir()
+    with Checkpoints(tmp_path / "run", read_only=True) as reading:
+        assert reading.steps() == [1]
+        reading.restore(state(0), 1)
+    assert left.is_dir()
+    with Checkpoints(tmp_path / "none", read_only=True) as nothing:
+        assert nothing.steps() == []
+    assert not (tmp_path / "none").exists()
