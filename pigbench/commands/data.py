@@ -57,12 +57,14 @@ class Export:
     """Rows of a file at most, as whole shards; by default a split is one file."""
     format: str = "ogbench"
     """Format of the files."""
+    goals: str = "state"
+    """cubes to have each row's cube positions too, as OGBench's `-oraclerep` environments."""
 
     def run(self) -> None:
         """Write the files."""
         form = importlib.import_module(lookup("format", _FORMATS, self.format))
         data = dataset.load(self.folder)
-        written = form.write(data, self.out, rows_per_file=self.rows_per_file)
+        written = form.write(data, self.out, rows_per_file=self.rows_per_file, goals=self.goals)
         print(f"{' and '.join(map(str, written))} are written")
 
 

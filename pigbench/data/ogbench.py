@@ -4,6 +4,9 @@ Their rows are those of our shards, one after the other: whole episodes, `termin
 last row. Files of what OGBench's loaders return are read too: with `valids`, false on an episode's
 last row, or with `next_observations`, where a row is a transition. Data passes through file by
 file, a large one in pieces.
+
+For an `-oraclerep` environment OGBench's loader makes `oracle_reps`, what a goal is there, of qpos.
+An export may hold them ready-made, for readers that have no such loader.
 """
 
 import contextlib
@@ -11,19 +14,20 @@ import dataclasses
 import itertools
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
 from pigbench import envs
+from pigbench.agents.representations import GOALS, Representation
 from pigbench.data import collect, shard
 from pigbench.data.dataset import Dataset, Split, sizes
 from pigbench.data.manifest import Shard, ShardRecord, Spec
 from pigbench.data.writer import Writer
 from pigbench.envs import CubeEnv
-from pigbench.errors import UserError
+from pigbench.errors import UserError, lookup
 from pigbench.support import files
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
@@ -31,11 +35,14 @@ from pigbench.support.progress import Progress
 SUFFIX = ".npz"
 _ENDINGS = {"train": "", "val": "-val"}  # of a split's file name, before the suffix
 _MOST_EPISODES = 1000  # of a shard, and so of a piece: OGBench's files have as many
-_NEXT, _VALIDS = "next_observations", "valids"
+_NEXT, _VALIDS, _ORACLE_REPS = "next_observations", "valids", "oracle_reps"
 _READ_HEADER = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
 }
+
+Columns = Mapping[str, tuple[str, Callable[[np.ndarray], np.ndarray]]]
+"""Of each array in a file: the field that it is made of, and how."""
 
 
 def split_paths(path: Path) -> dict[str, Path]:
@@ -45,12 +52,16 @@ def split_paths(path: Path) -> dict[str, Path]:
     return {split: path.with_stem(path.stem + ending) for split, ending in _ENDINGS.items()}
 
 
-def write(dataset: Dataset, path: Path, *, rows_per_file: int | None = None) -> list[Path]:
+def write(
+    dataset: Dataset, path: Path, *, rows_per_file: int | None = None, goals: str = "state"
+) -> list[Path]:
     """Writes the data set as OGBench's pair of files, each whole or not at all, and returns them.
 
     With `rows_per_file`, they are numbered, F-000.npz and so on, and hold so many rows at most, or
-    one shard. Raises UserError when a split is empty: OGBench's loaders read both.
+    one shard. Unless `goals` are states, they hold each row as such a goal too. Raises UserError
+    when a split is empty, since OGBench's loaders read both, or when they could make no such goals.
     """
+    columns = _columns(dataset, goals)
     split_paths(path)
     written = {
         split_paths(path.with_stem(f"{path.stem}{number}"))[name]: part
@@ -58,10 +69,10 @@ def write(dataset: Dataset, path: Path, *, rows_per_file: int | None = None) -> 
         for number, part in _parts(dataset.split(name), rows_per_file)
     }
     files.require_files(*written)
-    total = sum(len(part.records) * len(part.spec.fields) for part in written.values())
+    total = sum(len(part.records) * len(columns) for part in written.values())
     with Progress("export", total=total, unit="files") as progress:
         for file, part in written.items():
-            _write_file(file, part, progress)
+            _write_file(file, part, columns, progress)
     return list(written)
 
 
@@ -127,16 +138,28 @@ def _open(env: CubeEnv, file: Path, progress: Progress) -> "_Source":
     return source
 
 
-def _write_file(path: Path, split: Split, progress: Progress) -> None:
+def _columns(dataset: Dataset, goals: str) -> Columns:
+    lookup("goals", GOALS, goals)
+    columns: Columns = {field: (field, np.ascontiguousarray) for field in dataset.spec.fields}
+    if goals == "state":
+        return columns
+    if "qpos" not in columns:
+        raise UserError(f"{dataset.folder} has no qpos, of which OGBench's loader makes such goals")
+    represent = Representation(goals, dataset.layout, table=GOALS)
+    return {**columns, _ORACLE_REPS: ("observations", lambda rows: np.asarray(represent(rows)))}
+
+
+def _write_file(path: Path, split: Split, columns: Columns, progress: Progress) -> None:
     with files.replacing_file(path) as file, zipfile.ZipFile(file, "w") as archive:
-        for field in split.spec.fields:
+        for name, (field, make) in columns.items():
             arrays = split.shards(field)
-            header = np.lib.format.header_data_from_array_1_0(arrays[0])
-            header["shape"] = (split.rows, *arrays[0].shape[1:])
-            with archive.open(shard.file_name(field), "w", force_zip64=True) as member:
+            first = make(arrays[0])
+            header = np.lib.format.header_data_from_array_1_0(first)
+            header["shape"] = (split.rows, *first.shape[1:])
+            with archive.open(shard.file_name(name), "w", force_zip64=True) as member:
                 np.lib.format.write_array_header_1_0(member, header)
                 for array in arrays:
-                    member.write(np.ascontiguousarray(array).data)
+                    member.write(make(array).data)
                     progress.advance(1, path.name)
 
 

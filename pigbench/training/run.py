@@ -26,6 +26,10 @@ CONFIG_FILE = "config.json"
 PROVENANCE_FILE = "provenance.json"
 STATISTICS_FILE = "statistics.json"
 
+_BEFORE: Mapping[str, Any] = {"goals": "state", "standardize": False}
+"""What fields of an agent's configuration were before they existed, where that may not be the
+default: runs of then lack them."""
+
 
 @dataclasses.dataclass(frozen=True)
 class RunConfig:
@@ -57,8 +61,8 @@ class RunConfig:
 
     @property
     def goals(self) -> str:
-        """What the agent's networks see of a goal; before there was a choice, the whole state."""
-        return self.agent.get("goals", "state")
+        """What the agent's networks see of a goal."""
+        return self.agent.get("goals", _BEFORE["goals"])
 
     @property
     def label(self) -> str:
@@ -139,8 +143,9 @@ def agent_config(run: Run) -> "AgentConfig":
     from pigbench import agents
 
     template = agents.get(run.config.method).config
+    before = {name: value for name, value in _BEFORE.items() if hasattr(template, name)}
     try:
-        return _fill(template, run.config.agent)
+        return _fill(template, before | run.config.agent)
     except (TypeError, AttributeError, KeyError) as error:
         raise UserError(
             f"{run.path / CONFIG_FILE} holds no configuration of {run.config.method!r}: {error}"

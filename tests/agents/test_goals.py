@@ -55,6 +55,18 @@ def test_told_of_cubes_alone_a_method_does_not_mind_the_robots_part_of_a_goal(bu
     assert np.any(other_actions != actions)
 
 
+@pytest.mark.parametrize("name", ["gcivl", "gciql", "hiql"])
+def test_told_of_cubes_alone_a_value_does_not_mind_the_robots_part_of_a_goal(build, batch, name):
+    agent = build(name, goals="cubes")
+    params = jax.jit(agent.init)(jax.random.key(0))
+    values, same, other = (
+        np.asarray(agent.state_values(params, goals.observations, goals.value_goals))
+        for goals in (batch, with_other_goals(batch, ROBOT), with_other_goals(batch, CUBE))
+    )
+    np.testing.assert_array_equal(same, values)
+    assert np.all(other != values)
+
+
 @pytest.mark.parametrize("name", QUASIMETRICS)
 def test_a_quasimetric_refuses(name):
     with pytest.raises(UserError, match="goals is 'cubes': a quasimetric measures distances"):
@@ -89,3 +101,17 @@ def test_cubes_are_ogbenchs_oracle_representation(name):
     np.testing.assert_allclose(goals, arrays["oracle_reps"], atol=1e-5)
     last = theirs.unwrapped.compute_oracle_observation()
     np.testing.assert_allclose(goals[-1], last, atol=1e-5)
+
+
+def test_a_tasks_goal_is_that_of_ogbenchs_environment():
+    """In both where the task's cube is to be, after two random steps that leave it there."""
+    env = envs.make("cube-single")
+    represent = Representation("cubes", env.layout, table=GOALS)
+    reset = jax.jit(env.reset_task)
+    theirs = gymnasium.make("cube-single-v0", use_oracle_rep=True)
+    for number, task in enumerate(env.spec.tasks, start=1):
+        position = 10 * (np.array(task.goal_xyz[0]) - (0.425, 0, 0))
+        _, info = theirs.reset(seed=0, options={"task_id": number})
+        np.testing.assert_allclose(info["goal"], position, atol=1e-3)
+        ours = represent(reset(jax.random.key(0), number).info["goal"])
+        np.testing.assert_allclose(ours, info["goal"], atol=1e-3)

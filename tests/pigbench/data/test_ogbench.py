@@ -4,6 +4,7 @@ import dataclasses
 import tracemalloc
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 from ogbench.utils import load_dataset, make_env_and_datasets
@@ -94,6 +95,33 @@ def test_ogbenchs_loader_reads_an_export_compact(data, exported):
         np.testing.assert_array_equal(theirs[field], ours["train", field])
 
 
+def test_ogbenchs_loader_makes_the_goals_of_an_export_with_cubes(tmp_path, spec):
+    """In an `-oraclerep` environment of two cubes; it keeps all rows but an episode's last."""
+    env = envs.make("cube-double")
+    observe = jax.jit(jax.vmap(lambda qpos, qvel: env.observe(env.physics.init(qpos, qvel))))
+    fields = ("observations", "actions", "terminals", "qpos", "qvel")
+    layout = dataset.sizes(env.layout)
+    spec = dataclasses.replace(spec, environment="cube-double", layout=layout, fields=fields)
+    writer = Writer(tmp_path / "data", spec)
+    for part in writer.missing():
+        rows = LENGTH * part.episodes
+        qpos = np.random.default_rng(part.number).normal(size=(rows, 28)).astype(np.float32)
+        qvel = np.zeros((rows, 26), np.float32)
+        arrays = arrays_of(rows, part.number) | {"qpos": qpos, "qvel": qvel}
+        writer.write(part, arrays | {"observations": np.asarray(observe(qpos, qvel))})
+    path = tmp_path / "F.npz"
+    cli.run(["data", "export", str(tmp_path / "data"), "--out", str(path), "--goals", "cubes"])
+    _, *theirs = make_env_and_datasets("cube-double-play-oraclerep-v0", dataset_path=str(path))
+    for file, split in zip((path, tmp_path / "F-val.npz"), theirs, strict=True):
+        with np.load(file) as ours:
+            goals, last = ours["oracle_reps"], ours["terminals"]
+        assert goals.shape == (len(last), 6)
+        np.testing.assert_allclose(goals[~last], split["oracle_reps"], rtol=1e-6, atol=1e-5)
+    cli.run(["data", "export", str(tmp_path / "data"), "--out", str(tmp_path / "plain.npz")])
+    with np.load(tmp_path / "plain.npz") as plain:
+        assert set(plain) == set(fields)
+
+
 def test_there_and_back_is_equal_to_the_bit(data, exported, tmp_path):
     import_(exported, tmp_path / "back")
     before, after = content(data), content(tmp_path / "back")
@@ -173,7 +201,10 @@ def test_positions_and_velocities_may_be_absent(tmp_path, theirs):
     for arrays in theirs.values():
         del arrays["qpos"], arrays["qvel"]
     import_(save(tmp_path, theirs), tmp_path / "data")
-    assert dataset.load(tmp_path / "data").spec.fields == ("observations", "actions", "terminals")
+    loaded = dataset.load(tmp_path / "data")
+    assert loaded.spec.fields == ("observations", "actions", "terminals")
+    with pytest.raises(UserError, match="has no qpos, of which OGBench's loader makes such goals"):
+        ogbench.write(loaded, tmp_path / "G.npz", goals="cubes")
 
 
 def changed(field: str, change):
@@ -363,5 +394,7 @@ def test_exports_that_cannot_be(data, tmp_path):
     loaded = dataset.load(data)
     with pytest.raises(UserError, match=r"F\.h5 does not end in \.npz"):
         ogbench.write(loaded, tmp_path / "F.h5")
+    with pytest.raises(UserError, match="unknown goals 'cube': did you mean 'cubes'"):
+        ogbench.write(loaded, tmp_path / "F.npz", goals="cube")
     with pytest.raises(UserError, match="unknown format 'ogbnch': did you mean 'ogbench'"):
         cli.run(["data", "export", str(data), "--out", "F.npz", "--format", "ogbnch"])

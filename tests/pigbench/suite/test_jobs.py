@@ -31,6 +31,7 @@ def test_overrides_of_every_kind_reach_the_configuration(write):
     variant = (
         "[variants.odd]\n"
         "layer_norm = false\n"
+        'goals = "cubes"\n'
         "actor_hidden_sizes = [8, 4]\n"
         'low_level_representation = "proprio"\n'
         "low = {regularizer = {weight = 0.5}, layer_norm = true}\n"
@@ -42,5 +43,6 @@ def test_overrides_of_every_kind_reach_the_configuration(write):
     assert command.agent.actor_hidden_sizes == (8, 4)
     assert command.agent.low_level_representation == "proprio"
     assert not command.agent.layer_norm
+    assert command.agent.goals == "cubes"
     assert command.agent.low.layer_norm
     assert command.agent.low.regularizer.weight == 0.5

@@ -4,6 +4,7 @@ import json
 import numpy as np
 import pytest
 
+from pigbench import agents
 from pigbench.agents import Statistics
 from pigbench.errors import UserError
 from pigbench.training import run as runs
@@ -67,3 +68,23 @@ def test_a_run_of_before_statistics_has_none(tmp_path, config):
     run = runs.open_run(tmp_path, config, {}, STATISTICS)
     (tmp_path / runs.STATISTICS_FILE).unlink()
     assert runs.read_statistics(run) is None
+
+
+def test_fields_that_an_old_run_lacks_are_what_they_were_whatever_they_are_by_default(
+    tmp_path, config, monkeypatch
+):
+    method = agents.get("pi-h-flow-hjb-gcivl")
+    kept = dataclasses.replace(method.config, goals="cubes", standardize=True)
+    fields = dataclasses.asdict(kept)
+    now = dataclasses.replace(config, method=method.name, agent=fields)
+    before = dataclasses.replace(
+        now, agent={name: fields[name] for name in fields.keys() - {"goals", "standardize"}}
+    )
+    monkeypatch.setattr(agents, "get", lambda name: dataclasses.replace(method, config=kept))
+    new = runs.open_run(tmp_path / "new", now, {}, STATISTICS)
+    old = runs.open_run(tmp_path / "old", before, {}, STATISTICS)
+    assert (new.config.goals, old.config.goals) == ("cubes", "state")
+    assert runs.agent_config(runs.read_run(new.path)) == kept
+    assert runs.agent_config(runs.read_run(old.path)) == dataclasses.replace(
+        kept, goals="state", standardize=False
+    )

@@ -124,6 +124,24 @@ def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(
         assert int(restore(tmp_path / f"run/{seed}").state.step) == 20
 
 
+def test_goals_are_kept_and_evaluated_as_trained(data, tmp_path):
+    run = tmp_path / "run"
+    cli.run(["train", "gcivl", "--data", str(data), "--out", str(run), *SMALL, "--goals", "cubes"])
+    trained = restore(run)
+    assert (trained.run.config.agent["goals"], trained.agent.goal_size) == ("cubes", 3)
+    episodes = (run / "episodes.csv").read_text()
+    cli.run(["evaluate", str(run), "--episodes", "1"])
+    assert (run / "episodes.csv").read_text() == episodes
+
+
+def test_goals_that_a_method_cannot_have_are_refused(data, tmp_path):
+    train = ["train", "qrl", "--data", str(data), "--out", str(tmp_path / "run"), *SMALL]
+    for option in ("--goals", "--agent.goals"):
+        with pytest.raises(UserError, match=r"goals is 'cubes': a quasimetric .*be 'state'"):
+            cli.run([*train, option, "cubes"])
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_seed_named_twice_is_refused(data, tmp_path):
     train = ["train", "gcivl", "--data", str(data), "--out", str(tmp_path / "run")]
     with pytest.raises(UserError, match="seeds names one twice: 1, 1"):
