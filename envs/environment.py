@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
+from jax.core import Tracer
 
 from pigbench.envs import control, kinematics, workspace
 from pigbench.envs.observation import Layout, cube_poses
@@ -84,7 +85,7 @@ class CubeEnv(Env):
         Raises UserError for an id that there is not. A traced one cannot be refused: the nearest
         task starts, and `info` names it NO_TASK.
         """
-        if not isinstance(task, jax.core.Tracer) and not 1 <= task <= self.num_tasks:
+        if not isinstance(task, Tracer) and not 1 <= task <= self.num_tasks:
             raise UserError(f"task is {task}: {self.spec.name} has tasks 1 to {self.num_tasks}")
         order_key, key = jax.random.split(key)
         order = jax.random.permutation(order_key, self.spec.num_cubes)
