@@ -34,8 +34,9 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "batch_size": 256,
         "discount": 0.99,
         "target_rate": 0.03,
+        "candidates": 4,
         **_SMALL,
-        "low": {**_SMALL, "temperature": 3.0},
+        "low": {**_SMALL, "rewards": "0/1"},
     },
 }
 """Presets by name: what each changes in a method's own configuration, of the fields it has.

@@ -52,9 +52,10 @@ def test_a_hierarchy_over_a_method_has_that_methods_configuration():
         actor_hidden_sizes=(256,) * 3,
         value_hidden_sizes=(256,) * 3,
         actor_layer_norm=True,
-        temperature=3.0,
+        rewards="0/1",
     )
     assert (cpu.batch_size, cpu.discount, cpu.target_rate) == (256, 0.99, 0.03)
+    assert (cpu.candidates, cpu.low_level_representation) == (4, "joints_contacts")
 
 
 @pytest.mark.parametrize("preset", ["paper", "cpu"])
