@@ -67,3 +67,16 @@ def test_a_run_of_before_statistics_has_none(tmp_path, config):
     run = runs.open_run(tmp_path, config, {}, STATISTICS)
     (tmp_path / runs.STATISTICS_FILE).unlink()
     assert runs.read_statistics(run) is None
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path, config, data):
+    before = set(data.iterdir())
+    with pytest.raises(UserError, match="holds no run; choose another"):
+        runs.open_run(data, config, {}, STATISTICS)
+    assert set(data.iterdir()) == before
+
+
+def test_a_run_that_was_cut_off_as_it_began_begins(tmp_path, config):
+    for name in ("provenance.json", ".statistics.json.tmp"):
+        (tmp_path / name).write_text("")
+    assert runs.open_run(tmp_path, config, {}, STATISTICS).config == config
