@@ -50,7 +50,8 @@ def look(*, math: bool = False) -> Iterator[None]:
     """
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_LOOK | {"text.parse_math": math})
+        mpl.rcParams.update(_LOOK)
+        mpl.rcParams["text.parse_math"] = math
         yield
 
 

@@ -129,7 +129,7 @@ def read(path: Path) -> Suite:
             raise UserError(f"no suite is named {path.stem}: name a .toml file, or one of {ready}")
     try:
         return pydantic.TypeAdapter(Suite).validate_python(tomllib.loads(files.read_text(path)))
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise UserError(f"{path} is no TOML: {error}") from None
     except UserError as error:
         raise UserError(f"{path}: {error}") from None

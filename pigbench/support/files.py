@@ -185,7 +185,7 @@ def read_json(path: Path) -> Any:
     """The value in `path`. Raises UserError when it is missing or not JSON."""
     try:
         return json.loads(read_text(path))
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, RecursionError) as error:
         raise UserError(f"{path} is torn: {error}") from None
 
 

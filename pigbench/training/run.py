@@ -99,6 +99,7 @@ def open_run(
         run = read_run(path)
         require_same(str(path), dataclasses.asdict(run.config), dataclasses.asdict(config))
         return run
+    _require_own(path)
     files.make_folder(path)
     files.write_json(path / PROVENANCE_FILE, provenance)
     content = {name: values.tolist() for name, values in statistics._asdict().items()}
@@ -106,6 +107,14 @@ def open_run(
     # Last, because it is what makes the folder a run.
     files.write_json(path / CONFIG_FILE, dataclasses.asdict(config))
     return Run(path, config)
+
+
+def _require_own(path: Path) -> None:
+    """Raises UserError if the folder holds more than a run that was cut off as it began."""
+    begun = [path / name for name in (CONFIG_FILE, PROVENANCE_FILE, STATISTICS_FILE)]
+    own = {*begun, *map(files.temporary_path, begun)}
+    if path.is_dir() and not own.issuperset(path.iterdir()):
+        raise UserError(f"{path} is not an empty folder and holds no run; choose another")
 
 
 def read_run(path: Path) -> Run:

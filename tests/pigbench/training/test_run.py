@@ -88,3 +88,16 @@ def test_fields_that_an_old_run_lacks_are_what_they_were_whatever_they_are_by_de
     assert runs.agent_config(runs.read_run(old.path)) == dataclasses.replace(
         kept, goals="state", standardize=False
     )
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path, config, data):
+    before = set(data.iterdir())
+    with pytest.raises(UserError, match="holds no run; choose another"):
+        runs.open_run(data, config, {}, STATISTICS)
+    assert set(data.iterdir()) == before
+
+
+def test_a_run_that_was_cut_off_as_it_began_begins(tmp_path, config):
+    for name in ("provenance.json", ".statistics.json.tmp"):
+        (tmp_path / name).write_text("")
+    assert runs.open_run(tmp_path, config, {}, STATISTICS).config == config
