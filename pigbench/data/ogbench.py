@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
+import jax.numpy as jnp
 import numpy as np
 
 from pigbench import envs
@@ -146,7 +147,10 @@ def _columns(dataset: Dataset, goals: str) -> Columns:
     if "qpos" not in columns:
         raise UserError(f"{dataset.folder} has no qpos, of which OGBench's loader makes such goals")
     represent = Representation(goals, dataset.layout, table=GOALS)
-    return {**columns, _ORACLE_REPS: ("observations", lambda rows: np.asarray(represent(rows)))}
+    return {
+        **columns,
+        _ORACLE_REPS: ("observations", lambda rows: np.asarray(represent(jnp.asarray(rows)))),
+    }
 
 
 def _write_file(path: Path, split: Split, columns: Columns, progress: Progress) -> None:

@@ -154,7 +154,7 @@ def agent_config(run: Run) -> "AgentConfig":
     template = agents.get(run.config.method).config
     before = {name: value for name, value in _BEFORE.items() if hasattr(template, name)}
     try:
-        return _fill(template, before | run.config.agent)
+        return _fill(template, {**before, **run.config.agent})
     except (TypeError, AttributeError, KeyError) as error:
         raise UserError(
             f"{run.path / CONFIG_FILE} holds no configuration of {run.config.method!r}: {error}"
