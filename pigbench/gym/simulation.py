@@ -23,6 +23,9 @@ METADATA = {"render_modes": [RENDER_MODE], "render_fps": 20}
 class Simulation:
     """An environment's functions, compiled, and its spaces.
 
+    `goals` is what is seen of a goal, the whole state or the cubes' positions ("cubes"); pictures
+    are `height` by `width` pixels.
+
     Raises UserError for an unknown environment, engine, profile, kind of goals or render mode.
     """
 
@@ -30,11 +33,12 @@ class Simulation:
         self,
         name: str,
         *,
-        engine: str | None,
-        profile: str,
-        goals: str,
-        render_mode: str | None,
-        size: tuple[int, int],
+        engine: str | None = None,
+        profile: str = "exact",
+        goals: str = "state",
+        render_mode: str | None = None,
+        height: int = 200,
+        width: int = 200,
     ) -> None:
         if render_mode not in (None, RENDER_MODE):
             raise UserError(f"render_mode is {render_mode!r}: it must be None or {RENDER_MODE!r}")
@@ -46,7 +50,7 @@ class Simulation:
         self.action_space = spaces.Box(-1.0, 1.0, (self.env.action_size,), np.float32)
         self.reset = jax.jit(jax.vmap(self.env.reset_task))
         self.step = jax.jit(jax.vmap(self.env.step))
-        self._size = size
+        self._size = {"height": height, "width": width}
         self._renderer: Renderer | None = None
 
     def keys(self, draws: np.random.Generator, count: int) -> jax.Array:
@@ -99,6 +103,5 @@ class Simulation:
 
     def _draw(self, qpos: np.ndarray, target: np.ndarray | None) -> np.ndarray:
         if self._renderer is None:
-            height, width = self._size
-            self._renderer = Renderer(self.env.spec.num_cubes, width=width, height=height)
+            self._renderer = Renderer(self.env.spec.num_cubes, **self._size)
         return self._renderer.draw(qpos, target)

@@ -15,30 +15,14 @@ class SingleEnv(gymnasium.Env):
 
     `reset` takes the options `task_id`, 1 to 5, by default drawn, and `render_goal`; its `info` has
     "goal", and "goal_rendered" where that was asked for. `step` rewards success with 1, which ends
-    the episode; a simulation that diverges truncates it.
+    the episode; a simulation that diverges truncates it. Options of the constructor are those of
+    `Simulation`.
     """
 
     metadata = METADATA
 
-    def __init__(
-        self,
-        name: str,
-        *,
-        engine: str | None = None,
-        profile: str = "exact",
-        goals: str = "state",
-        render_mode: str | None = None,
-        height: int = 200,
-        width: int = 200,
-    ) -> None:
-        self._simulation = Simulation(
-            name,
-            engine=engine,
-            profile=profile,
-            goals=goals,
-            render_mode=render_mode,
-            size=(height, width),
-        )
+    def __init__(self, name: str, *, render_mode: str | None = None, **options: Any) -> None:
+        self._simulation = Simulation(name, render_mode=render_mode, **options)
         self.observation_space = self._simulation.observation_space
         self.action_space = self._simulation.action_space
         self.render_mode = render_mode

@@ -29,21 +29,10 @@ class BatchEnv(VectorEnv):
         num_envs: int = 1,
         *,
         max_episode_steps: int | None = None,
-        engine: str | None = None,
-        profile: str = "exact",
-        goals: str = "state",
         render_mode: str | None = None,
-        height: int = 200,
-        width: int = 200,
+        **options: Any,
     ) -> None:
-        self._simulation = Simulation(
-            name,
-            engine=engine,
-            profile=profile,
-            goals=goals,
-            render_mode=render_mode,
-            size=(height, width),
-        )
+        self._simulation = Simulation(name, render_mode=render_mode, **options)
         self.num_envs = num_envs
         self.single_observation_space = self._simulation.observation_space
         self.single_action_space = self._simulation.action_space
