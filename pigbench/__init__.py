@@ -1,8 +1,9 @@
 """Offline goal-conditioned RL on contact-rich manipulation: environments, agents, evaluation."""
 
-from pigbench import xla
+from pigbench import opengl, xla
 
 xla.avoid_wrong_sums()
+opengl.spare_mujoco()
 
 from pigbench import gym  # noqa: E402  after what has to be set before JAX starts
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import tyro
 
-from pigbench import opengl, plugins
+from pigbench import plugins
 from pigbench.errors import UserError, lookup
 from pigbench.support import interrupts, output
 
@@ -131,7 +131,6 @@ def parse(arguments: Sequence[str]) -> Any:
     """The command that `arguments` ask for. Raises UserError for what the user got wrong."""
     files, arguments = _take_plugins(arguments)
     name, rest = _choose(arguments)
-    opengl.spare_mujoco()
     _cache_compilations()
     plugins.load_installed()
     for file in files:
