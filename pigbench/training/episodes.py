@@ -64,7 +64,10 @@ def read(path: Path) -> list[Episode]:
     The file may lack measures, but not success.
     """
     text = files.read_text(path)
-    header, *rows = csv.reader(io.StringIO(text)) if text else [[]]
+    try:
+        header, *rows = csv.reader(io.StringIO(text)) if text else [[]]
+    except csv.Error as error:
+        raise UserError(f"{path} is torn: {error}") from None
     which, measures = header[: len(_WHICH)], header[len(_WHICH) :]
     if which != list(_WHICH) or "success" not in measures or not MEASURES.keys() >= set(measures):
         raise UserError(f"{path} is torn: its columns are not {','.join(_COLUMNS)}")
