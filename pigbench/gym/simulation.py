@@ -105,3 +105,8 @@ class Simulation:
         if self._renderer is None:
             self._renderer = Renderer(self.env.spec.num_cubes, **self._size)
         return self._renderer.draw(qpos, target)
+
+
+def observations(states: State) -> np.ndarray:
+    """Those of a batch, (count, observation_size)."""
+    return np.asarray(states.obs)

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from pigbench.envs import State
-from pigbench.gym.simulation import METADATA, Simulation
+from pigbench.gym.simulation import METADATA, Simulation, observations
 
 
 class SingleEnv(gymnasium.Env):
@@ -35,19 +35,21 @@ class SingleEnv(gymnasium.Env):
         super().reset(seed=seed)
         options = options or {}
         tasks = self._simulation.tasks(self.np_random, options, 1)
-        self._states = self._simulation.reset(self._simulation.keys(self.np_random, 1), tasks)
-        info = self._info(self._states)
+        states: State = self._simulation.reset(self._simulation.keys(self.np_random, 1), tasks)
+        self._states = states
+        info = self._info(states)
         if options.get("render_goal", False):
-            info["goal_rendered"] = self._simulation.draw_goal(self._states, 0)
-        return np.asarray(self._states.obs[0]), info
+            info["goal_rendered"] = self._simulation.draw_goal(states, 0)
+        return observations(states)[0], info
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """One control step of 0.05 s."""
-        self._states = self._simulation.step(self._begun(), np.asarray(action, np.float32)[None])
-        info = self._info(self._states)
-        truncated = bool(self._states.info["diverged"][0])
-        reward = float(self._states.reward[0])
-        return np.asarray(self._states.obs[0]), reward, info["success"], truncated, info
+        actions = np.asarray(action, np.float32)[None]
+        states: State = self._simulation.step(self._begun(), actions)
+        self._states = states
+        info = self._info(states)
+        truncated = bool(states.info["diverged"][0])
+        return observations(states)[0], float(states.reward[0]), info["success"], truncated, info
 
     def render(self) -> Any:
         """A picture of the state, or nothing where no render mode was chosen."""

@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from pigbench.envs import State
-from pigbench.gym.simulation import METADATA, Simulation
+from pigbench.gym.simulation import METADATA, Simulation, observations
 
 
 class BatchEnv(VectorEnv):
@@ -56,7 +56,7 @@ class BatchEnv(VectorEnv):
         if self._states is not None:
             fresh = _choose(jnp.asarray(anew), fresh, self._states)
         self._states, self._lengths = fresh, np.where(anew, 0, self._lengths)
-        return np.asarray(fresh.obs), self._info(fresh)
+        return observations(fresh), self._info(fresh)
 
     def step(
         self, actions: np.ndarray
@@ -65,18 +65,12 @@ class BatchEnv(VectorEnv):
         states = self._begun()
         over = np.asarray(states.done, bool) | (self._lengths >= self._limit)
         after = self._simulation.step(states, np.asarray(actions, np.float32))
-        self._states = _choose(jnp.asarray(over), states, after)
-        self._lengths = self._lengths + ~over
-        success, diverged, rewards, observations = jax.device_get(
-            (
-                self._states.info["success"],
-                self._states.info["diverged"],
-                self._states.reward,
-                self._states.obs,
-            )
-        )
-        truncated = diverged | ((self._lengths >= self._limit) & ~success)
-        return observations, rewards, success, truncated, self._info(self._states)
+        states = _choose(jnp.asarray(over), states, after)
+        self._states, self._lengths = states, self._lengths + ~over
+        info = self._info(states)
+        late = (self._lengths >= self._limit) & ~info["success"]
+        truncated = np.asarray(states.info["diverged"]) | late
+        return observations(states), np.asarray(states.reward), info["success"], truncated, info
 
     def render(self) -> Any:
         """A picture an environment, or nothing where no render mode was chosen."""
