@@ -56,14 +56,16 @@ class Generate:
     physics: Annotated[str, tyro.conf.arg(help_behavior_hint="(default: exact)")] = "exact"
     """Physics profile: exact is OGBench's to the micrometre, fast is simpler."""
 
-    def run(self) -> None:
-        """Generate what is missing."""
+    def __post_init__(self) -> None:  # so that a suite refuses it before it begins
         for name in ("episodes", "episode_length", "episodes_per_shard"):
             if getattr(self, name) is not None and getattr(self, name) < 1:
                 raise UserError(f"{name} is {getattr(self, name)}: it must be at least 1")
         if self._validation_episodes() < 0:
             raise UserError(f"validation_episodes is {self.validation_episodes}: 0 is the least")
         memory.require(self._episodes_per_shard())
+
+    def run(self) -> None:
+        """Generate what is missing."""
         policy = lookup("policy", POLICIES, self.policy)
         files.require_folder(self.out)
         env = envs.make(self.environment, engine=self.engine, profile=self.physics)

@@ -70,6 +70,9 @@ class Train:
     def __post_init__(self) -> None:
         if self.variant:
             names.check("the variant", self.variant)
+        if len(set(self.seeds)) < len(self.seeds):
+            raise UserError(f"seeds names one twice: {', '.join(map(str, self.seeds))}")
+        self._schedule()  # so that a suite refuses what is wrong with it before it begins
 
     @classmethod
     def defaults(cls, arguments: Sequence[str]) -> "Train":
@@ -89,9 +92,6 @@ class Train:
 
     def run(self) -> None:
         """Train to the end, or go on where an earlier run was cut off."""
-        schedule = Schedule(self.steps, self.log_every, self.evaluate_every)
-        if len(set(self.seeds)) < len(self.seeds):
-            raise UserError(f"seeds names one twice: {', '.join(map(str, self.seeds))}")
         groups = self._groups()
         for folder in itertools.chain.from_iterable(groups):
             files.require_folder(folder)
@@ -117,7 +117,7 @@ class Train:
                     agent,
                     rows,
                     env,
-                    schedule=schedule,
+                    schedule=self._schedule(),
                     evaluation=self.evaluation,
                     remark=str(home),
                 )
@@ -129,6 +129,9 @@ class Train:
     def agent_config(self) -> AgentConfig:
         """The method's hyper-parameters, with the goals that were asked for."""
         return dataclasses.replace(self.agent, goals=self.goals) if self.goals else self.agent
+
+    def _schedule(self) -> Schedule:
+        return Schedule(self.steps, self.log_every, self.evaluate_every)
 
     def _groups(self) -> list[dict[Path, int]]:
         """Folders and seeds of the runs, those together that are trained together."""

@@ -65,9 +65,11 @@ def _told_of_signals(tell: Callable[[int], object]) -> Iterator[None]:
 
     def listen() -> None:
         number = os.read(reader, 1)
-        os.close(reader)
         if number:
             tell(number[0])
+        while os.read(reader, 1):  # timeout(1), for one, signals twice: Python minds a closed pipe
+            pass
+        os.close(reader)
 
     before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     threading.Thread(target=listen, name="signals", daemon=True).start()

@@ -34,6 +34,7 @@ class Evaluation:
         if self.episodes < 1:
             raise UserError(f"episodes is {self.episodes}: it must be at least 1")
         seeds.check(self.seed)
+        memory.require(self.episodes)  # of one task; all are counted where they are known
 
 
 Outcome = Mapping[str, np.ndarray]  # by measure of `milestones`, (tasks, episodes)

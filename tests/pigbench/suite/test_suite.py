@@ -40,6 +40,26 @@ def states(out: Path, capsys) -> dict[str, str]:
     return {row[1].strip().removeprefix("cube-single/"): row[2].strip() for row in rows}
 
 
+@pytest.mark.parametrize(
+    "old, new, complaint",
+    [
+        ("validation_episodes = 0", "validation_episodes = -5", "validation_episodes is -5"),
+        ("transitions = 10", "transitions = 0", "episodes is 0"),
+        ("every = 3", "every = 0", "evaluate_every is 0"),
+        ("episodes = 1}", "episodes = 0}", "episodes is 0"),
+        ("episodes = 1}", "episodes = 100000000}", "simulations at once"),
+        ("steps = 6", "steps = 0", "steps is 0"),
+    ],
+)
+def test_what_its_commands_would_refuse_is_refused_at_once(tmp_path, old, new, complaint):
+    file = tmp_path / "suite.toml"
+    assert old in TINY
+    file.write_text(TINY.replace(old, new))
+    with pytest.raises(UserError, match=complaint):
+        cli.run(["suite", str(file), "--out", str(tmp_path / "out")])
+    assert list(tmp_path.iterdir()) == [file]
+
+
 @pytest.fixture(scope="module")
 def file(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("suite") / "tiny.toml"

@@ -59,6 +59,21 @@ with interrupts.leaving_at_once(lambda: "interrupted"):
         time.sleep(600)
 """
 
+SLOW = """
+import contextlib, time
+from pigbench.support import interrupts
+with interrupts.leaving_at_once(lambda: "interrupted"):
+    try:
+        print("waiting", flush=True)
+        time.sleep(600)
+    finally:
+        time.sleep(0.2)
+        print("undoing", flush=True)
+        with contextlib.suppress(KeyboardInterrupt):
+            time.sleep(600)
+        sum(range(100_000))
+"""
+
 
 def start(code: str, *arguments: Path) -> "subprocess.Popen[str]":
     return subprocess.Popen(
@@ -89,6 +104,16 @@ def test_what_was_being_written_is_undone(tmp_path):
     process.communicate(timeout=60)
     assert os.listdir(tmp_path) == ["old"]
     assert (tmp_path / "old").read_text() == "whole"
+
+
+def test_a_signal_that_comes_twice_is_one_line_too():
+    process = start(SLOW)
+    assert process.stdout is not None
+    for _ in range(2):
+        process.stdout.readline()
+        process.send_signal(signal.SIGTERM)
+    _, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (128 + signal.SIGTERM, "interrupted\n")
 
 
 def test_an_ignored_signal_stays_ignored():
