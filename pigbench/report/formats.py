@@ -69,7 +69,7 @@ def _markdown(tables: Sequence[Table]) -> str:
 
 
 def _markdown_table(table: Table) -> str:
-    lines = _lines(table, table.columns, escape=_escape_markdown, bold="**{}**")
+    lines = _lines(table, table.columns, name=_escape_markdown, value=str, bold="**{}**")
     return f"{markdown_grid(lines)}\n\n{table.caption}\n"
 
 
@@ -106,7 +106,7 @@ def _latex_table(table: Table) -> list[str]:
 
 
 def _latex_grid(table: Table, columns: Sequence[str]) -> list[str]:
-    lines = _lines(table, columns, escape=_escape, bold=r"\textbf{{{}}}")
+    lines = _lines(table, columns, name=_escape, value=_escape, bold=r"\textbf{{{}}}")
     header, *body = (" & ".join(line) + r" \\" for line in lines)
     return [
         # Shrunk where it is wider than the page.
@@ -123,16 +123,21 @@ def _latex_grid(table: Table, columns: Sequence[str]) -> list[str]:
 
 
 def _lines(
-    table: Table, columns: Sequence[str], *, escape: Callable[[str], str], bold: str
+    table: Table,
+    columns: Sequence[str],
+    *,
+    name: Callable[[str], str],
+    value: Callable[[str], str],
+    bold: str,
 ) -> list[list[str]]:
-    """The header and the rows as text; `bold` is a format for what is."""
+    """The header and the rows as text, names and values escaped; `bold` is a format for what is."""
 
     def text(label: Label) -> str:
-        shown = escape(_text(table.estimates.get(label)))
+        shown = value(_text(table.estimates.get(label)))
         return bold.format(shown) if label in table.bold else shown
 
-    header = [escape(name) for name in (table.corner[0], *columns)]
-    rows = [[escape(row), *(text((row, column)) for column in columns)] for row in table.rows]
+    header = [name(label) for label in (table.corner[0], *columns)]
+    rows = [[name(row), *(text((row, column)) for column in columns)] for row in table.rows]
     return [header, *rows]
 
 

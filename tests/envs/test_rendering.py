@@ -75,5 +75,5 @@ def test_nothing_to_draw_with(monkeypatch):
     with pytest.raises(UserError, match="install EGL"):
         Renderer(1)
     monkeypatch.setenv("MUJOCO_GL", "nonsense")
-    with pytest.raises(UserError, match=r"OpenGL by nonsense .* set MUJOCO_GL to another of egl"):
+    with pytest.raises(UserError, match=r"unknown value of MUJOCO_GL 'nonsense'.* known are egl"):
         Renderer(1)

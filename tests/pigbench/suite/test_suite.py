@@ -106,6 +106,7 @@ def test_tables_and_figures_are_those_of_the_cells_that_are_done(out):
         "bars.png",
         "box.png",
         "profile.png",
+        "milestones.png",
     }
 
 
