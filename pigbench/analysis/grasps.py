@@ -13,7 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from pigbench.agents import FlowHierarchy, Params
-from pigbench.analysis.modes import HOLDING, contact_modes, is_position
+from pigbench.agents.representations import is_position
+from pigbench.analysis.modes import HOLDING, contact_modes
 from pigbench.data import sampler
 from pigbench.data.dataset import Split
 from pigbench.envs import CubeEnv
