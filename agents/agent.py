@@ -80,10 +80,9 @@ class Agent(abc.ABC, Generic[Config]):
         self.layout = layout
         self.statistics = statistics
         self.units = units
-        goals = (
-            Representation(config.goals, layout, table=GOALS) if config.goals != "state" else None
-        )
-        self._represent_goals = goals
+        self._represent_goals = None  # as they are, whatever the layout names
+        if config.goals != "state":
+            self._represent_goals = Representation(config.goals, layout, table=GOALS)
 
     @property
     def goal_size(self) -> int:

@@ -95,7 +95,7 @@ class FlowPolicy:
         samples: jax.Array,
         key: jax.Array,
     ) -> tuple[jax.Array, Metrics]:
-        """The mean matching loss on `samples` (B, n) that were seen with (s, g), each (B, o)."""
+        """The mean matching loss on `samples` (B, n), seen with (s, g), (B, o) and (B, g)."""
         velocity = self._velocity(params, observations, goals)
         loss = matching_loss(velocity, samples, key).mean()
         return loss, {"actor/loss": loss}
@@ -109,7 +109,7 @@ class FlowPolicy:
         count: int,
         key: jax.Array,
     ) -> jax.Array:
-        """`count` independent samples for each (s, g): (B, o) and (B, o) to (count, B, n)."""
+        """`count` independent samples for each (s, g): (B, o) and (B, g) to (count, B, n)."""
         observations, goals = (
             jnp.broadcast_to(inputs, (count, *inputs.shape)) for inputs in (observations, goals)
         )

@@ -54,7 +54,7 @@ class GoalRepresentation(nn.Module):
 
     @nn.compact
     def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """(..., o) and (..., o) to (..., n), n being `output_size`."""
+        """(..., o) and (..., g) to (..., n), n being `output_size`."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
         features = MLP(self.hidden_sizes, self.output_size, layer_norm=self.layer_norm)(inputs)
         return on_sphere(features)

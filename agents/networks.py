@@ -43,7 +43,7 @@ class Value(nn.Module):
 
     @nn.compact
     def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """(..., o) and (..., o) to (...,)."""
+        """(..., o) and (..., g) to (...,)."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
         return MLP(self.hidden_sizes, 1, layer_norm=self.layer_norm)(inputs)[..., 0]
 
@@ -106,7 +106,7 @@ class Policy(nn.Module):
 
     @nn.compact
     def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """(..., o) and (..., o) to (..., action_size)."""
+        """(..., o) and (..., g) to (..., action_size)."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
         network = MLP(
             self.hidden_sizes, self.action_size, layer_norm=self.layer_norm, output_scale=0.01

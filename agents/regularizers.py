@@ -51,8 +51,9 @@ def hjb_residual(
     epsilon: float,
     direction: Direction = OWN,
 ) -> ValuesAndResiduals:
-    """(grad_s d . u + 1)^2 with d = -V and u = (s' - s) / (||s' - s|| + epsilon), Eq. ca_hjb.
+    """(grad_s d . u + 1)^2 with d = -V, Eq. ca_hjb.
 
+    u is the `direction` of motion, by default (s' - s) / (||s' - s|| + epsilon).
     The slope along u is a forward-mode derivative: one pass gives it together with the value.
     """
     directions = direction(states, next_states, epsilon=epsilon)

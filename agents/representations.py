@@ -15,16 +15,27 @@ from pigbench.errors import UserError, lookup
 
 JOINTS_CONTACTS = frozenset({"joint_pos", "joint_vel", "gripper_opening", "gripper_contact"})
 
+
+def is_object(term: str) -> bool:
+    """Does a term of the observation tell of a cube, and not of the robot?"""
+    return term.startswith("cube_")
+
+
+def is_position(term: str) -> bool:
+    """Is a term of the observation the position of a cube?"""
+    return is_object(term) and term.endswith("_pos")
+
+
 REPRESENTATIONS: Mapping[str, Callable[[str], bool]] = {
     "full": lambda term: True,
     "joints_contacts": lambda term: term in JOINTS_CONTACTS,
-    "proprio": lambda term: not term.startswith("cube_"),
+    "proprio": lambda term: not is_object(term),
 }
 """Which terms of an observation a representation keeps."""
 
 GOALS: Mapping[str, Callable[[str], bool]] = {
     "state": lambda term: True,
-    "cubes": lambda term: term.startswith("cube_") and term.endswith("_pos"),
+    "cubes": is_position,
 }
 """Which terms of a goal's observation a policy is told: all, or where the cubes are to be, as in
 OGBench's `-oraclerep` environments. Whether a goal is reached does not depend on it."""

@@ -43,7 +43,7 @@ class Statistics(NamedTuple):
     def select(self, parts: Mapping[str, slice]) -> "Statistics":
         """Of some terms of an observation alone, in their order."""
         return Statistics(
-            *(np.concatenate([all_[part] for part in parts.values()]) for all_ in self)
+            *(np.concatenate([values[part] for part in parts.values()]) for values in self)
         )
 
 

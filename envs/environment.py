@@ -72,6 +72,11 @@ class CubeEnv(Env):
         """Control steps after which an evaluation episode has failed."""
         return self.spec.episode_length
 
+    def check_task(self, task: jax.Array | int) -> None:
+        """Raises UserError for the id of a task that there is not."""
+        if not 1 <= task <= self.num_tasks:
+            raise UserError(f"task is {task}: {self.spec.name} has tasks 1 to {self.num_tasks}")
+
     @jax_defaults()
     def reset(self, rng: jax.Array) -> State:
         """Start one of the tasks, drawn at random."""
@@ -85,8 +90,8 @@ class CubeEnv(Env):
         Raises UserError for an id that there is not. A traced one cannot be refused: the nearest
         task starts, and `info` names it NO_TASK.
         """
-        if not isinstance(task, Tracer) and not 1 <= task <= self.num_tasks:
-            raise UserError(f"task is {task}: {self.spec.name} has tasks 1 to {self.num_tasks}")
+        if not isinstance(task, Tracer):
+            self.check_task(task)
         order_key, key = jax.random.split(key)
         order = jax.random.permutation(order_key, self.spec.num_cubes)
         task = jnp.asarray(task, jnp.int32)

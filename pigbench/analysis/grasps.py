@@ -13,11 +13,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from pigbench.agents import FlowHierarchy, Params
-from pigbench.analysis.modes import HOLDING, contact_modes, is_position
+from pigbench.agents.representations import is_position
+from pigbench.analysis.modes import HOLDING, contact_modes
 from pigbench.data import sampler
 from pigbench.data.dataset import Split
 from pigbench.envs import CubeEnv
-from pigbench.envs.observation import CENTRE, POSITION_SCALE
+from pigbench.envs.observation import metres
 
 RESTING = 0.01
 """Metres in x and y by which a cube may have been moved within the K steps: it is taken up about
@@ -80,7 +81,7 @@ def pinch(env: CubeEnv, agent: FlowHierarchy, subgoals: jax.Array) -> np.ndarray
     """
     x, layout = agent.represent.restore(subgoals), agent.represent.layout
     if "effector_pos" in layout:
-        return _metres(np.asarray(x[:, layout["effector_pos"]]))
+        return metres(np.asarray(x[:, layout["effector_pos"]]))
     home = jnp.asarray(env.scene.home_qpos, jnp.float32)
     qpos = jax.vmap(home.at[env.scene.arm].set)(x[:, layout["joint_pos"]])
     return np.asarray(jax.jit(jax.vmap(env.physics.init))(qpos).pinch_pos)
@@ -95,13 +96,9 @@ def _held_cube(
     """
     places = [part for term, part in layout.items() if is_position(term)]
     before, after = (
-        _metres(np.stack([states[:, part] for part in places])) for states in (starts, ahead)
+        metres(np.stack([states[:, part] for part in places])) for states in (starts, ahead)
     )
-    apart = np.linalg.norm(after - _metres(ahead[:, layout["effector_pos"]]), axis=-1)
+    apart = np.linalg.norm(after - metres(ahead[:, layout["effector_pos"]]), axis=-1)
     held = apart.argmin(axis=0), np.arange(len(ahead))
     cube = after[held][:, :2]
     return cube, np.linalg.norm(cube - before[held][:, :2], axis=-1)
-
-
-def _metres(positions: np.ndarray) -> np.ndarray:
-    return positions / POSITION_SCALE + np.array(CENTRE)

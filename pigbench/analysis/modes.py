@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pigbench.agents.representations import is_position
 from pigbench.envs.contact import HOLDING_DISTANCE, feels
 from pigbench.envs.observation import POSITION_SCALE
 
@@ -22,13 +23,3 @@ def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.n
     cubes = [observations[:, part] for term, part in layout.items() if is_position(term)]
     held = feels(contact, pinch, np.stack(cubes, axis=1) / POSITION_SCALE, within=HOLDING_DISTANCE)
     return np.select([held.any(axis=-1), contact > 0], [HOLDING, TOUCHING], FREE)
-
-
-def is_object(term: str) -> bool:
-    """Does a term of the observation tell of a cube, and not of the robot?"""
-    return term.startswith("cube_")
-
-
-def is_position(term: str) -> bool:
-    """Is a term of the observation the position of a cube?"""
-    return is_object(term) and term.endswith("_pos")

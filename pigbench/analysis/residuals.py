@@ -12,7 +12,8 @@ from pigbench import seeds
 from pigbench.agents import Agent, Params, Regularizer
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.regularizers import eikonal_residual, hjb_residual
-from pigbench.analysis.modes import MODES, contact_modes, is_object
+from pigbench.agents.representations import is_object
+from pigbench.analysis.modes import MODES, contact_modes
 from pigbench.data import sampler
 from pigbench.data.sampler import Rows
 

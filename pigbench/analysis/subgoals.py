@@ -15,7 +15,8 @@ import numpy as np
 
 from pigbench import seeds
 from pigbench.agents import FlowHierarchy, Params
-from pigbench.analysis.modes import contact_modes, is_position
+from pigbench.agents.representations import is_position
+from pigbench.analysis.modes import contact_modes
 from pigbench.data.dataset import Split
 from pigbench.envs import CubeEnv
 from pigbench.envs.observation import POSITION_SCALE

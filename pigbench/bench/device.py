@@ -97,7 +97,7 @@ def _steps(sizes: Sizes, environment: str, engine: str) -> list[Row]:
         _row(
             "steps",
             count,
-            {"environment": environment, "engine": engine, "profile": _profile(engine)},
+            _simulated(environment, engine),
             lambda count=count: _timed(
                 lambda: simulation.steps(_make(environment, engine), count, name=engine), sizes
             ),
@@ -110,7 +110,7 @@ def _generation(sizes: Sizes, environment: str, engine: str) -> Row:
     return _row(
         "generation",
         sizes.generation,
-        {"environment": environment, "engine": engine, "profile": _profile(engine)},
+        _simulated(environment, engine),
         lambda: _timed(
             lambda: simulation.generation(
                 _make(environment, engine), sizes.generation, name=engine
@@ -124,7 +124,7 @@ def _evaluation(sizes: Sizes, environment: str, engine: str) -> Row:
     return _row(
         "evaluation",
         sizes.episodes,
-        {"environment": environment, "engine": engine, "profile": _profile(engine)},
+        _simulated(environment, engine),
         lambda: _timed(
             lambda: simulation.evaluation(
                 _make(environment, engine), sizes.episodes, sizes.methods[0], "paper", name=engine
@@ -149,8 +149,7 @@ def _parity(sizes: Sizes, environment: str, engine: str) -> Row:
             "cube_mm_max": 1e3 * float(errors.cube.max()),
         }
 
-    labels = {"environment": environment, "engine": engine, "profile": _profile(engine)}
-    return _row("parity", sizes.picks, labels, measure)
+    return _row("parity", sizes.picks, _simulated(environment, engine), measure)
 
 
 def _trainings(sizes: Sizes, preset: str, seeds: tuple[int, ...], precision: str) -> list[Row]:
@@ -184,6 +183,10 @@ def _row(kind: str, size: int, labels: Mapping[str, str], measure: Callable[[], 
         measure=lambda: _with_memory(measure),
         seconds=_SECONDS[engine] if engine else _TRAINING_SECONDS,
     )
+
+
+def _simulated(environment: str, engine: str) -> dict[str, str]:
+    return {"environment": environment, "engine": engine, "profile": _profile(engine)}
 
 
 def _profile(engine: str) -> str:

@@ -140,7 +140,7 @@ class ParityPolicy:
     """Folder of the run."""
     episodes: int = 60
     """Pairs of episodes of each task."""
-    seed: int = Evaluation.seed
+    seed: Seed = Evaluation.seed
     """Seed of scenes and of the policy's draws."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""

@@ -79,7 +79,8 @@ class Render:
         pictures.check_path(self.out, ".png")
         opengl.choose()
         env = envs.make(self.source, engine=self.engine)
-        task = _task(env, 1 if self.task is None else self.task)
+        task = 1 if self.task is None else self.task
+        env.check_task(task)
         state = jax.jit(env.reset_task)(seeds.key(self.seed), task)
         physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
         qpos, goal = np.asarray(physics_state.qpos), np.asarray(state.info["target"])
@@ -92,7 +93,9 @@ class Render:
         opengl.choose()
         evaluation = Evaluation(self.episodes, self.seed)
         _, env, agent, state = restore(Path(self.source), engine=self.engine)
-        tasks = range(1, env.num_tasks + 1) if self.task is None else [_task(env, self.task)]
+        tasks = range(1, env.num_tasks + 1) if self.task is None else [self.task]
+        for task in tasks:
+            env.check_task(task)
         with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
             with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
                 recordings = record(env, agent, state.params, evaluation, progress.reach)
@@ -140,12 +143,6 @@ class RenderData:
             )
         first = ends[self.episode - 1] + 1 if self.episode else 0
         return split.mapped("qpos")[first : ends[self.episode] + 1]
-
-
-def _task(env: envs.CubeEnv, task: int) -> int:
-    if not 1 <= task <= env.num_tasks:
-        raise UserError(f"task is {task}: {env.spec.name} has tasks 1 to {env.num_tasks}")
-    return task
 
 
 def _film(path: Path, renderer: Renderer, shots: Sequence[Shot]) -> None:

@@ -1,6 +1,5 @@
 """Where a data set's rows live while methods train on it: on the device, or still on the disk."""
 
-import os
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 
@@ -9,6 +8,7 @@ import jax
 from pigbench.data import shard
 from pigbench.data.dataset import Split
 from pigbench.data.sampler import Rows
+from pigbench.support import memory
 
 Choice = Literal["auto", "device", "disk"]
 """The home to take; "auto" is the device where the rows leave it room to work."""
@@ -56,4 +56,4 @@ def _room() -> int:
     if statistics is not None and "bytes_limit" in statistics:
         return statistics["bytes_limit"] // 2
     # They are there twice while they are read.
-    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 4
+    return memory.physical() // 4

@@ -11,13 +11,14 @@ from gymnasium import spaces
 from pigbench import envs, seeds
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.envs import State
-from pigbench.envs.observation import CENTRE, POSITION_SCALE
+from pigbench.envs.observation import metres
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
+from pigbench.envs.scene import CONTROL_STEP
 from pigbench.errors import UserError
 
 RENDER_MODE = "rgb_array"
-METADATA = {"render_modes": [RENDER_MODE], "render_fps": 20}
+METADATA = {"render_modes": [RENDER_MODE], "render_fps": round(1 / CONTROL_STEP)}
 
 
 class Simulation:
@@ -87,7 +88,7 @@ class Simulation:
                 part
                 for cube in range(scene.num_cubes)
                 for part in (
-                    goal[layout[f"cube_{cube}_pos"]] / POSITION_SCALE + jnp.array(CENTRE),
+                    metres(goal[layout[f"cube_{cube}_pos"]]),
                     goal[layout[f"cube_{cube}_quat"]],
                 )
             ]

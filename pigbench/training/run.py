@@ -93,7 +93,7 @@ def open_run(
 ) -> Run:
     """Begins the run in the folder `path`, or takes it up again.
 
-    Raises UserError when the folder holds a run of another configuration, or no run at all.
+    Raises UserError when the folder holds a run of another configuration, or anything else.
     """
     if (path / CONFIG_FILE).exists():
         run = read_run(path)

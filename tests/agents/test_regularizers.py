@@ -9,7 +9,6 @@ from pigbench.agents.regularizers import (
     eikonal_residual,
     gradient_norm,
     hjb_residual,
-    safe_norm,
 )
 from pigbench.errors import UserError
 
@@ -38,12 +37,6 @@ def states_and_next():
 
 def slope(value, states, directions, h=1e-5):
     return (value(states + h * directions) - value(states - h * directions)) / (2 * h)
-
-
-def test_safe_norm_and_its_gradient():
-    np.testing.assert_allclose(safe_norm(jnp.array([[3.0, -4.0], [0.0, 0.0]])), [5.0, 0.0])
-    np.testing.assert_allclose(jax.grad(safe_norm)(jnp.array([3.0, -4.0])), [0.6, -0.8])
-    np.testing.assert_array_equal(jax.grad(safe_norm)(jnp.zeros(2)), [0.0, 0.0])
 
 
 def test_gradient_norm_against_finite_differences(value):

@@ -13,7 +13,7 @@ import pytest
 from pigbench.agents import Statistics
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
-from pigbench.envs.observation import CENTRE, POSITION_SCALE
+from pigbench.envs.observation import metres
 from pigbench.envs.oracles import markov
 from pigbench.envs.oracles.targets import Target
 from pigbench.training import episodes
@@ -104,7 +104,7 @@ class Scripted:
 
     def _act(self, bound, observation, goal):
         def position(values, term):
-            return values[self.layout[term]] / POSITION_SCALE + jnp.array(CENTRE)
+            return metres(values[self.layout[term]])
 
         def angle(values, term):
             cos, sin = values[self.layout[term]]

@@ -41,7 +41,7 @@ FILES = {
     "bench generate": "bench generate --json {}",
     "bench evaluate": "bench evaluate --json {}",
     "bench scale": "bench scale --out {}.png",
-    "bench scale's numbers": "bench scale --out /tmp/x.png --json {}",
+    "bench scale's numbers": f"bench scale --out {tempfile.gettempdir()}/x.png --json {{}}",
 }
 EVERY = FOLDERS | FILES
 # These read what there is to be written, or to be drawn, first: it is there, and small.
