@@ -26,7 +26,7 @@ quickstart: .venv/installed
 # Two processes of one thread each use two cores better than one of two.
 $(TRAININGS) test: export NPROC = 1
 $(TRAININGS): $(WORK)/%:
-	$(BIN)/pigbench train $* --data $(WORK)/data --out $@ --preset cpu --goals cubes --agent.batch-size 128 \
+	$(BIN)/pigbench train $* --data $(WORK)/data --out $@ --preset cpu --goals cubes \
 	  --steps 16000 --evaluate-every 4000 --evaluation.episodes 10
 
 test: .venv/installed

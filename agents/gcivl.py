@@ -74,17 +74,24 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
         )
 
     def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """The members' mean."""
+        """The members' mean, whatever the rewards on the scale of a cost of 1 a step."""
         goals = self.as_goals(goals)
         values = apply_ensemble(self.value, params["value"], observations=observations, goals=goals)
-        return values.mean(axis=0)
+        return (values.mean(axis=0) - self._goal_reward) / self._step_value
+
+    @property
+    def _goal_reward(self) -> float:
+        return GOAL_REWARDS[self.config.rewards]
+
+    @property
+    def _step_value(self) -> float:
+        """What a cost of 1 a step is in values: less where the goal has a reward."""
+        return 1 - self.config.discount if self._goal_reward else 1.0
 
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
         direction = self.direction(config.regularizer.direction)
-        goal_reward = GOAL_REWARDS[config.rewards]
-        # Residuals are of a cost of 1 a step; with a reward at the goal values are smaller by this.
-        step_value = 1 - config.discount if goal_reward else 1.0
+        step_value = self._step_value  # residuals are of a cost of 1 a step
         goals = self.as_goals(batch.value_goals)
 
         def regularized(member: Any) -> tuple[jax.Array, jax.Array]:
@@ -106,7 +113,7 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
             batch.value_success,
             discount=config.discount,
             level=config.expectile,
-            goal_reward=goal_reward,
+            goal_reward=self._goal_reward,
         ).mean()
         regularization = config.regularizer.weight * residuals.sum(axis=0).mean()
         return td_loss + regularization, describe("value", values) | {

@@ -108,6 +108,10 @@ def test_a_reward_at_the_goal_gives_the_same_values_on_another_scale(build, batc
         agent.loss(values, {"value": values["value"]}, batch, jax.random.key(0))
         for agent, values in ((cost, params), (reward, scaled))
     )
+    states, goals = batch.observations, batch.value_goals
+    np.testing.assert_allclose(
+        reward.state_values(scaled, states, goals), cost.state_values(params, states, goals)
+    )
     of_cost, of_reward = jax.device_get((of_cost, of_reward))
     assert of_reward["value/mean"] == pytest.approx(1 + 0.1 * of_cost["value/mean"], rel=1e-9)
     assert of_reward["value/td_loss"] == pytest.approx(0.01 * of_cost["value/td_loss"], rel=1e-6)
