@@ -59,7 +59,7 @@ def test_a_disk_that_fills_up_meanwhile(small_disk: Path, monkeypatch, caplog):
         assert again.steps() == [1]
 
 
-def test_reading_makes_and_tidies_nothing(tmp_path):
+def test_reading_makes_and_tidies_nothing_and_says_nothing(tmp_path, caplog):
     with Checkpoints(tmp_path / "run") as checkpoints:
         checkpoints.save(state(1))
     left = tmp_path / "run" / "2.orbax-checkpoint-tmp"
@@ -67,6 +67,7 @@ def test_reading_makes_and_tidies_nothing(tmp_path):
     with Checkpoints(tmp_path / "run", read_only=True) as reading:
         assert reading.steps() == [1]
         reading.restore(state(0), 1)
+    assert not caplog.records
     assert left.is_dir()
     with Checkpoints(tmp_path / "none", read_only=True) as nothing:
         assert nothing.steps() == []
