@@ -110,6 +110,7 @@ def train(
             step = stop
             if step % schedule.evaluate_every == 0 or step == schedule.steps:
                 note = evaluate_and_save()
+                progress.advance(0, note)
     return states
 
 

@@ -110,7 +110,9 @@ def test_a_reward_at_the_goal_gives_the_same_values_on_another_scale(build, batc
     )
     states, goals = batch.observations, batch.value_goals
     np.testing.assert_allclose(
-        reward.state_values(scaled, states, goals), cost.state_values(params, states, goals)
+        reward.state_values(scaled, states, goals),
+        cost.state_values(params, states, goals),
+        rtol=1e-5,
     )
     of_cost, of_reward = jax.device_get((of_cost, of_reward))
     assert of_reward["value/mean"] == pytest.approx(1 + 0.1 * of_cost["value/mean"], rel=1e-9)
