@@ -32,6 +32,7 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
     "paper": {},
     "cpu": {
         "batch_size": 256,
+        "learning_rate": 1e-3,
         "discount": 0.99,
         "target_rate": 0.03,
         "candidates": 4,
