@@ -54,7 +54,8 @@ def test_a_hierarchy_over_a_method_has_that_methods_configuration():
         actor_layer_norm=True,
         rewards="0/1",
     )
-    assert (cpu.batch_size, cpu.discount, cpu.target_rate) == (256, 0.99, 0.03)
+    assert (cpu.batch_size, cpu.learning_rate) == (256, 1e-3)
+    assert (cpu.discount, cpu.target_rate) == (0.99, 0.03)
     assert (cpu.candidates, cpu.low_level_representation) == (4, "joints_contacts")
 
 
