@@ -18,7 +18,7 @@ from pigbench.training.run import Run, read_run
 
 @dataclasses.dataclass(frozen=True)
 class Evaluate:
-    """Evaluate a run's last checkpoint on all tasks of its environment.
+    """Evaluate a run's policy on all tasks of its environment.
 
     The episodes replace those of the same training step in the run's episodes.csv: fewer than those
     only with --replace.
@@ -26,6 +26,8 @@ class Evaluate:
 
     run_folder: tyro.conf.Positional[Path]
     """Folder of the run."""
+    checkpoint: str = "last"
+    """Which policy: last, best (of the evaluations so far), or that of a training step."""
     episodes: int = Evaluation.episodes
     """Episodes of each task."""
     seed: Seed = Evaluation.seed
@@ -40,7 +42,9 @@ class Evaluate:
         evaluation = Evaluation(self.episodes, self.seed)
         run = read_run(self.run_folder)
         with only_writer(self.run_folder):
-            _, env, agent, state = restore(self.run_folder, engine=self.engine)
+            _, env, agent, state = restore(
+                self.run_folder, engine=self.engine, checkpoint=self.checkpoint
+            )
             self._check_replaced(run, step=int(state.step), count=self.episodes * env.num_tasks)
             evaluate = make_evaluator(env, agent, evaluation)
             with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:

@@ -58,6 +58,8 @@ class Render:
     """Task, from 1; by default the first for a picture, and all for a film."""
     episodes: int = 1
     """Episodes of each task in a film."""
+    checkpoint: str = "last"
+    """Which policy of a run: last, best, or that of a training step."""
     seed: Seed = Evaluation.seed
     """Seed of the scene, or of the evaluation."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -92,7 +94,9 @@ class Render:
         pictures.check_path(self.out, ".mp4")
         opengl.choose()
         evaluation = Evaluation(self.episodes, self.seed)
-        _, env, agent, state = restore(Path(self.source), engine=self.engine)
+        _, env, agent, state = restore(
+            Path(self.source), engine=self.engine, checkpoint=self.checkpoint
+        )
         tasks = range(1, env.num_tasks + 1) if self.task is None else [self.task]
         for task in tasks:
             env.check_task(task)

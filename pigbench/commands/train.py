@@ -23,7 +23,7 @@ from pigbench.training.evaluate import Evaluation
 from pigbench.training.provenance import provenance
 from pigbench.training.restore import agent_for
 from pigbench.training.run import RunConfig, open_run
-from pigbench.training.train import Schedule, train
+from pigbench.training.train import Keep, Schedule, train
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,6 +60,8 @@ class Train:
     """Updates between two lines of metrics."""
     evaluate_every: int = Schedule.evaluate_every
     """Updates between two evaluations; each is followed by a checkpoint."""
+    keep: Keep = "last"
+    """Checkpoints that stay: the last (two), those and that of the best evaluation, or all."""
     evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -119,6 +121,7 @@ class Train:
                     env,
                     schedule=self._schedule(),
                     evaluation=self.evaluation,
+                    keep=self.keep,
                     remark=str(home),
                 )
                 jax.block_until_ready(states)

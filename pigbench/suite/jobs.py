@@ -44,6 +44,7 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
         "out": folder,
         "preset": suite.preset,
         "rows": suite.rows,
+        "keep": suite.keep,
         "variant": cell.variant,
         "seed": cell.seed,
         "steps": cell.environment.steps,

@@ -66,6 +66,7 @@ class Suite:
     evaluation: Evaluation
     preset: str = "paper"
     rows: Literal["auto", "device", "disk"] = "auto"  # where trainings keep the data's rows
+    keep: Literal["last", "best", "all"] = "last"  # checkpoints of trainings that stay
     data: Data = field(default_factory=Data)
     agent: Mapping[str, Any] = field(default_factory=dict)
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: {"": {}})

@@ -1,33 +1,46 @@
-"""Training states on disk, by Orbax: written whole or not at all; the last two are kept.
+"""Training states on disk, by Orbax: written whole or not at all; the last two at least are kept.
 
 Two, because runs that are trained together go on from a step that all of them have saved.
 """
 
 import contextlib
+import dataclasses
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import jax
 import orbax.checkpoint as ocp
+from orbax.checkpoint import checkpoint_managers
 
 from pigbench.agents import TrainState
 from pigbench.errors import UserError
 from pigbench.support import files
 
+Kept = Callable[[Sequence[int]], Collection[int]]
+"""Of the steps that have a checkpoint, in order, those that are to have it still."""
+
+
+def last_two(steps: Sequence[int]) -> Sequence[int]:
+    """What going on needs."""
+    return steps[-2:]
+
 
 class Checkpoints:
-    """The checkpoints of a run's folder. A context manager.
+    """The checkpoints of a run's folder; after each `save`, those of `kept` are left. A context
+    manager.
 
     Where `read_only`, nothing is made or tidied there: another process may be training.
     """
 
-    def __init__(self, folder: Path, *, read_only: bool = False) -> None:
+    def __init__(self, folder: Path, *, kept: Kept = last_two, read_only: bool = False) -> None:
         self.folder = folder
         with files.explaining_full_disk(folder), _without_log():
             options = ocp.CheckpointManagerOptions(
-                max_to_keep=2, enable_async_checkpointing=False, read_only=read_only
+                preservation_policy=_Preservation(kept),
+                enable_async_checkpointing=False,
+                read_only=read_only,
             )
             self._manager = ocp.CheckpointManager(folder.absolute(), options=options)
 
@@ -74,6 +87,18 @@ class Checkpoints:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+@dataclasses.dataclass(frozen=True)
+class _Preservation(checkpoint_managers.PreservationPolicy):
+    """`Kept`, as Orbax asks for it."""
+
+    kept: Kept
+
+    def should_preserve(self, checkpoints: Sequence[Any], *, context: Any) -> Sequence[bool]:
+        steps = [checkpoint.step for checkpoint in checkpoints]
+        kept = self.kept(steps)
+        return [step in kept for step in steps]
 
 
 @contextlib.contextmanager

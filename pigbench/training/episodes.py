@@ -76,6 +76,17 @@ def read(path: Path) -> list[Episode]:
     return [_parse(path, number, header, row) for number, row in enumerate(rows, start=2)]
 
 
+def best_step(episodes: Iterable[Episode]) -> int:
+    """The step whose policy had the most success, the first of several, as in tables of one seed.
+
+    Raises ValueError if there are no episodes.
+    """
+    by_step: dict[int, list[float]] = {}
+    for episode in episodes:
+        by_step.setdefault(episode.step, []).append(float(episode.measures["success"]))
+    return max(sorted(by_step), key=lambda step: sum(by_step[step]) / len(by_step[step]))
+
+
 def _row(episode: Episode) -> list[str]:
     values = {**episode._asdict(), **episode.measures}
     return [

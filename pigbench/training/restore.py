@@ -1,5 +1,6 @@
 """Putting a run's parts together again: environment, agent and trained parameters."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,12 +10,13 @@ from pigbench import agents, envs
 from pigbench.agents import Agent, AgentConfig, Statistics, TrainState
 from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
-from pigbench.training.checkpoints import Checkpoints, common_step
+from pigbench.training import episodes
+from pigbench.training.checkpoints import Checkpoints
 from pigbench.training.run import Run, agent_config, read_run, read_statistics
 
 
 class Trained(NamedTuple):
-    """A run with its last checkpoint."""
+    """A run with one of its checkpoints."""
 
     run: Run
     env: CubeEnv
@@ -39,14 +41,36 @@ def agent_for(
     )
 
 
-def restore(folder: Path, *, engine: str | None = None) -> Trained:
-    """The run in `folder`. Raises UserError when there is none, or it has no whole checkpoint."""
+def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last") -> Trained:
+    """The run in `folder`, with its last checkpoint, its best or that of a step.
+
+    Raises UserError when there is no such run, or it has no such checkpoint that is whole.
+    """
     run = read_run(folder)
     env = envs.make(run.config.environment, engine=engine, profile=run.config.physics)
     agent = agent_for(env, run.config.method, agent_config(run), read_statistics(run))
     with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
-        step = common_step([checkpoints])
-        if step is None:
-            raise UserError(f"{folder} has no checkpoint yet; train it first")
+        step = _step(run, sorted(checkpoints.steps()), checkpoint)
         state = checkpoints.restore(agents.create(agent, jax.random.key(0)), step)
     return Trained(run, env, agent, state)
+
+
+def _step(run: Run, kept: Sequence[int], checkpoint: str) -> int:
+    """The step of the checkpoint that is asked for, of those that are kept."""
+    if not kept:
+        raise UserError(f"{run.path} has no checkpoint yet; train it first")
+    if checkpoint == "last":
+        return kept[-1]
+    if checkpoint == "best":
+        step = episodes.best_step(episodes.read(run.episodes_path))
+    elif checkpoint.isdecimal():
+        step = int(checkpoint)
+    else:
+        raise UserError(f"checkpoint is {checkpoint!r}: it must be last, best or a training step")
+    if step not in kept:
+        there = ", ".join(f"{one:,}" for one in kept)
+        raise UserError(
+            f"{run.path} keeps no checkpoint of step {step:,}, but of {there}: "
+            "--keep best and --keep all of `pigbench train` keep more"
+        )
+    return step

@@ -5,10 +5,10 @@ that was killed and started again ends with the same parameters, to the bit, as 
 """
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -21,7 +21,7 @@ from pigbench.errors import UserError
 from pigbench.support.progress import Progress
 from pigbench.training import batches, episodes
 from pigbench.training.batches import Batches
-from pigbench.training.checkpoints import Checkpoints, common_step
+from pigbench.training.checkpoints import Checkpoints, Kept, common_step, last_two
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.milestones import BRIEF
@@ -31,6 +31,16 @@ Tree = TypeVar("Tree")
 
 Updates = Callable[[Sequence[TrainState], int, int], tuple[list[TrainState], list[Metrics]]]
 """States and the steps from and up to which they are updated: the states after, and means."""
+
+
+Keep = Literal["last", "best", "all"]
+"""Which checkpoints of a run stay: the last two, and that of its best evaluation, or all."""
+
+_KEPT: Mapping[Keep, Callable[[Run], Kept]] = {
+    "last": lambda run: last_two,
+    "best": lambda run: lambda steps: {*last_two(steps), _best_step(run)},
+    "all": lambda run: lambda steps: steps,
+}
 
 
 @dataclass(frozen=True)
@@ -60,6 +70,7 @@ def train(
     *,
     schedule: Schedule,
     evaluation: Evaluation,
+    keep: Keep = "last",
     remark: str = "",
 ) -> list[TrainState]:
     """Train to the schedule's end, from the last checkpoint that all `runs` have, if there is one.
@@ -72,7 +83,10 @@ def train(
     with contextlib.ExitStack() as stack:
         key = join([step_key for _, step_key in keys])
         updates = make_updates(agent, key, stack.enter_context(batches.of(rows, agent, key)))
-        checkpoints = [stack.enter_context(Checkpoints(run.checkpoints_path)) for run in runs]
+        checkpoints = [
+            stack.enter_context(Checkpoints(run.checkpoints_path, kept=_KEPT[keep](run)))
+            for run in runs
+        ]
         states = [agents.create(agent, init_key) for init_key, _ in keys]
         saved_step = common_step(checkpoints)
         if saved_step is not None:
@@ -112,6 +126,10 @@ def train(
                 note = evaluate_and_save()
                 progress.advance(0, note)
     return states
+
+
+def _best_step(run: Run) -> int:
+    return episodes.best_step(episodes.read(run.episodes_path))
 
 
 def _brief(outcomes: Sequence[Outcome]) -> str:

@@ -66,6 +66,14 @@ def test_repeating_an_evaluation_replaces_it(tmp_path):
     assert episodes.read(path) == [episode(100, 1, 0, success=True), episode(200, 1, 0)]
 
 
+def test_the_best_step_is_the_first_with_the_most_success():
+    def rows(step, *successes):
+        return [episode(step, 1, number, bool(won)) for number, won in enumerate(successes)]
+
+    several = [*rows(300, 1, 0, 1, 0), *rows(200, 1, 0), *rows(100, 0, 0), *rows(400, 0, 1, 0)]
+    assert episodes.best_step(several) == 200
+
+
 @pytest.mark.parametrize("cut", [1, 9, 60, 120])
 def test_a_cut_file_is_named(tmp_path, cut):
     path = tmp_path / "episodes.csv"

@@ -17,6 +17,7 @@ import pytest
 from pigbench import agents, cli
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
+from pigbench.training import episodes
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import Trained, restore
 from pigbench.training.train import Schedule, make_updates
@@ -124,14 +125,31 @@ def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(
         assert int(restore(tmp_path / f"run/{seed}").state.step) == 20
 
 
+def test_the_best_checkpoint_stays_and_can_be_asked_for(data, tmp_path):
+    run = tmp_path / "run"
+    train = ["train", "gcivl", "--data", str(data), "--out", str(run), *SMALL, "--keep", "best"]
+    cli.run([*train, "--steps", "40"])
+    # No policy succeeds, so the first is the best.
+    assert {path.name for path in (run / "checkpoints").iterdir()} == {"0", "30", "40"}
+    rows = episodes.read(run / "episodes.csv")
+    won = [r._replace(measures={**r.measures, "success": True}) for r in rows if r.step == 30]
+    episodes.record(run / "episodes.csv", won)
+    for asked, step in {"last": 40, "best": 30, "0": 0}.items():
+        assert int(restore(run, checkpoint=asked).state.step) == step
+    with pytest.raises(UserError, match=r"no checkpoint of step 10, but of 0, 30, 40: --keep"):
+        restore(run, checkpoint="10")
+    with pytest.raises(UserError, match="checkpoint is 'first': it must be last, best or a"):
+        restore(run, checkpoint="first")
+
+
 def test_goals_are_kept_and_evaluated_as_trained(data, tmp_path):
     run = tmp_path / "run"
     cli.run(["train", "gcivl", "--data", str(data), "--out", str(run), *SMALL, "--goals", "cubes"])
     trained = restore(run)
     assert (trained.run.config.agent["goals"], trained.agent.goal_size) == ("cubes", 3)
-    episodes = (run / "episodes.csv").read_text()
+    before = (run / "episodes.csv").read_text()
     cli.run(["evaluate", str(run), "--episodes", "1"])
-    assert (run / "episodes.csv").read_text() == episodes
+    assert (run / "episodes.csv").read_text() == before
 
 
 def test_goals_that_a_method_cannot_have_are_refused(data, tmp_path):
