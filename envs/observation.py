@@ -27,10 +27,11 @@ Array = TypeVar("Array", jax.Array, np.ndarray)
 
 @dataclass(frozen=True)
 class Term:
-    """A named part of the observation, `size` numbers."""
+    """A named part of the observation, `size` numbers, and in words what they mean."""
 
     name: str
     size: int
+    meaning: str
     value: Callable[[Scene, PhysicsState], jax.Array]
 
 
@@ -64,16 +65,37 @@ def _direction(angle: jax.Array) -> jax.Array:
 
 
 ROBOT_TERMS = (
-    Term("joint_pos", 6, lambda scene, state: state.qpos[scene.arm]),
-    Term("joint_vel", 6, lambda scene, state: state.qvel[scene.arm]),
-    Term("effector_pos", 3, lambda scene, state: _scaled(state.pinch_pos)),
-    Term("effector_yaw", 2, lambda scene, state: _direction(state.pinch_yaw)),
+    Term(
+        "joint_pos",
+        6,
+        "angles of the arm's joints, rad",
+        lambda scene, state: state.qpos[scene.arm],
+    ),
+    Term("joint_vel", 6, "their velocities, rad/s", lambda scene, state: state.qvel[scene.arm]),
+    Term(
+        "effector_pos",
+        3,
+        f"pinch point minus {CENTRE} m, times {POSITION_SCALE:.0f}",
+        lambda scene, state: _scaled(state.pinch_pos),
+    ),
+    Term(
+        "effector_yaw",
+        2,
+        "cosine and sine of the gripper's yaw",
+        lambda scene, state: _direction(state.pinch_yaw),
+    ),
     Term(
         "gripper_opening",
         1,
+        f"0 open to {OPENING_SCALE:.0f} shut",
         lambda scene, state: gripper_opening(scene, state)[None] * OPENING_SCALE,
     ),
-    Term("gripper_contact", 1, lambda scene, state: gripper_contact(state)[None]),
+    Term(
+        "gripper_contact",
+        1,
+        f"force on the right pad over {1 / PAD_FORCE_SCALE:.0f}, clipped to 1",
+        lambda scene, state: gripper_contact(state)[None],
+    ),
 )
 
 
@@ -85,9 +107,19 @@ def _cube_terms(index: int) -> tuple[Term, ...]:
         return cube_poses(scene, state)[1][index]
 
     return (
-        Term(f"cube_{index}_pos", 3, lambda scene, state: _scaled(pos(scene, state))),
-        Term(f"cube_{index}_quat", 4, quat),
-        Term(f"cube_{index}_yaw", 2, lambda scene, state: _direction(quat_yaw(quat(scene, state)))),
+        Term(
+            f"cube_{index}_pos",
+            3,
+            f"centre of cube {index} minus {CENTRE} m, times {POSITION_SCALE:.0f}",
+            lambda scene, state: _scaled(pos(scene, state)),
+        ),
+        Term(f"cube_{index}_quat", 4, "its quaternion, w first", quat),
+        Term(
+            f"cube_{index}_yaw",
+            2,
+            "cosine and sine of its yaw",
+            lambda scene, state: _direction(quat_yaw(quat(scene, state))),
+        ),
     )
 
 

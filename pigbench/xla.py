@@ -9,7 +9,7 @@ FAULTY = ("0.10.2", "0.11.0")
 """The jaxlibs whose fused reductions on a CPU are wrong or crash (jax-ml/jax#39103, #39257)."""
 
 _FUSION = "--xla_cpu_experimental_ynn_fusion_type"
-_CURE = f"{_FUSION}=-reduce"
+CURE = f"{_FUSION}=-reduce"
 
 
 def avoid_wrong_sums() -> None:
@@ -25,11 +25,11 @@ def avoid_wrong_sums() -> None:
         # The flag must not be set now: JAX would file wrong programs under it in its cache.
         warnings.warn(
             f"jaxlib {version} computes some sums wrongly on a CPU, and JAX ran before pigbench "
-            f"could tell it not to: import pigbench first, or set XLA_FLAGS={_CURE}",
+            f"could tell it not to: import pigbench first, or set XLA_FLAGS={CURE}",
             stacklevel=3,
         )
         return
-    os.environ["XLA_FLAGS"] = f"{flags} {_CURE}".strip()
+    os.environ["XLA_FLAGS"] = f"{flags} {CURE}".strip()
 
 
 def _jax_runs() -> bool:

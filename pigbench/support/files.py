@@ -148,10 +148,15 @@ def replacing_folder(path: Path) -> Iterator[Path]:
             remove_folder(temporary)
 
 
+def write_bytes(path: Path, content: bytes) -> None:
+    """Replaces the content of `path`."""
+    with replacing_file(path) as file:
+        file.write(content)
+
+
 def write_text(path: Path, text: str) -> None:
     """Replaces the content of `path` by `text` in UTF-8."""
-    with replacing_file(path) as file:
-        file.write(text.encode())
+    write_bytes(path, text.encode())
 
 
 def write_json(path: Path, value: Any) -> None:

@@ -1,0 +1,56 @@
+"""The README of a folder that is shared, as the Hugging Face hub wants it.
+
+A header in YAML tells the hub what the folder holds; Markdown tells people.
+"""
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pigbench import envs
+from pigbench.report.formats import markdown_grid
+
+FILE_NAME = "README.md"
+
+LICENSE = "apache-2.0"
+"""The hub's name of the licence that is granted by default: that of pigbench."""
+
+TAGS = ("pigbench", "robotics", "offline-rl", "goal-conditioned-rl")
+
+ACTION = (
+    "An action is a relative move in [-1, 1]^5, for 0.05 s: x, y and z by up to 5 cm, yaw by up to "
+    "0.3 rad, the gripper by up to its whole opening."
+)
+
+
+def card(header: Mapping[str, Any], *sections: str) -> str:
+    """The file's text; values of the header are what JSON can hold."""
+    fields = "".join(f"{name}: {json.dumps(value)}\n" for name, value in header.items())
+    return f"---\n{fields}---\n\n" + "\n\n".join(sections) + "\n"
+
+
+def code(language: str, text: str) -> str:
+    """A block of code."""
+    return f"```{language}\n{text.strip()}\n```"
+
+
+def facts(values: Mapping[str, Any]) -> str:
+    """A list of what is what."""
+    return "\n".join(f"- {name}: {value}" for name, value in values.items())
+
+
+def observation_table(environment: str, layout: Iterable[tuple[str, int]]) -> str:
+    """Where the terms of an observation lie, and what they mean, as far as it is known."""
+    meanings = _meanings(environment)
+    lines, stop = [("term", "numbers", "meaning")], 0
+    for name, size in layout:
+        start, stop = stop, stop + size
+        lines.append((f"`{name}`", f"{start} to {stop - 1}", meanings.get(name, "")))
+    return markdown_grid(lines)
+
+
+def _meanings(environment: str) -> Mapping[str, str]:
+    from pigbench.envs.observation import Layout
+
+    spec = envs.SPECS.get(environment)
+    return {term.name: term.meaning for term in Layout(spec.num_cubes).terms} if spec else {}

@@ -1,0 +1,201 @@
+"""A trained policy for others: a folder that acts wherever JAX runs, without pigbench.
+
+parameters.safetensors  the parameters of every network, each under its path
+act.jax_export          `act(parameters, observations, goals, key)`, serialised by `jax.export`
+policy.json             what was trained, on what, and the observation's layout
+README.md               all that for people, with the lines that make it act
+"""
+
+import contextlib
+import dataclasses
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pigbench import xla
+from pigbench.agents import Agent, Params
+from pigbench.data.dataset import sizes
+from pigbench.errors import UserError
+from pigbench.settings import jax_defaults
+from pigbench.sharing import card
+from pigbench.support import files
+from pigbench.training import episodes
+from pigbench.training.provenance import package_versions
+from pigbench.training.restore import Trained
+from pigbench.training.run import PROVENANCE_FILE, STATISTICS_FILE
+
+FORMAT = 1
+PARAMETERS_FILE = "parameters.safetensors"
+ACT_FILE = "act.jax_export"
+CONFIG_FILE = "policy.json"
+
+_PLATFORMS = ("cpu", "cuda", "tpu")
+
+_USAGE = """
+import importlib.metadata
+import os
+
+# On a CPU, these get some sums wrong unless they are told, before JAX starts (jax-ml/jax#39103).
+if importlib.metadata.version("jaxlib") in {faulty}:
+    os.environ["XLA_FLAGS"] = os.environ.get("XLA_FLAGS", "") + " {cure}"
+
+import jax
+from safetensors.numpy import load_file
+
+parameters = load_file("{parameters}")
+with open("{act}", "rb") as file:
+    act = jax.jit(jax.export.deserialize(bytearray(file.read())).call)
+# observations and goals: (batch, {size}) in float32; actions: (batch, {action_size})
+actions = act(parameters, observations, goals, jax.random.key(0))
+"""
+
+
+def write(folder: Path, trained: Trained, *, license: str = card.LICENSE) -> None:
+    """Writes the policy of a run's checkpoint into `folder`, whole or not at all.
+
+    Raises UserError when a package is missing, or `folder` holds something else than a policy.
+    """
+    try:
+        import flatbuffers as _  # noqa: F401  which `jax.export` serialises with
+        from safetensors.numpy import save
+    except ImportError as error:
+        raise UserError(
+            f"sharing a policy needs the package {error.name}: pip install 'pigbench[share]'"
+        ) from None
+    _require_own(folder)
+    files.make_folder(folder.parent)
+    parameters = by_path(jax.device_get(trained.state.params))
+    about = describe(trained)
+    with files.replacing_folder(folder) as new:
+        files.write_bytes(new / PARAMETERS_FILE, save(parameters))
+        files.write_bytes(new / ACT_FILE, serialize(trained.agent, trained.state.params))
+        files.write_json(new / CONFIG_FILE, about)
+        files.write_text(new / card.FILE_NAME, _card(trained, about, license))
+
+
+def by_path(tree: Any) -> dict[str, Any]:
+    """The leaves of a tree under their paths: "policy/params/MLP_0/Dense_0/bias"."""
+    leaves = jax.tree_util.tree_leaves_with_path(tree)
+    return {jax.tree_util.keystr(path, simple=True, separator="/"): leaf for path, leaf in leaves}
+
+
+@jax_defaults()
+def serialize(agent: Agent, params: Params) -> bytes:
+    """The agent's policy, of parameters `by_path`, for batches of any size."""
+    names, structure = list(by_path(params)), jax.tree.structure(params)
+
+    def act(
+        parameters: Mapping[str, jax.Array],
+        observations: jax.Array,
+        goals: jax.Array,
+        key: jax.Array,
+    ) -> jax.Array:
+        tree = jax.tree.unflatten(structure, [parameters[name] for name in names])
+        return agent.act(tree, observations, goals, key)
+
+    (batch,) = jax.export.symbolic_shape("batch")
+    states = jax.ShapeDtypeStruct((batch, agent.observation_size), jnp.float32)
+    parameters, key = jax.eval_shape(lambda: (by_path(params), jax.random.key(0)))
+    with _without_places():
+        exported = jax.export.export(jax.jit(act), platforms=_PLATFORMS)(
+            parameters, states, states, key
+        )
+    return bytes(exported.serialize())
+
+
+@contextlib.contextmanager
+def _without_places() -> Iterator[None]:
+    """Programs tell where each operation is written, in files of this machine."""
+    before = jax.config.jax_traceback_in_locations_limit
+    jax.config.update("jax_traceback_in_locations_limit", 0)
+    try:
+        yield
+    finally:
+        jax.config.update("jax_traceback_in_locations_limit", before)
+
+
+def describe(trained: Trained) -> dict[str, Any]:
+    """What the policy is, ready for JSON."""
+    run, agent = trained.run, trained.agent
+    return {
+        "format": FORMAT,
+        "step": int(trained.state.step),
+        "success": _success(trained),
+        "observation": [
+            {"name": name, "start": part.start, "stop": part.stop}
+            for name, part in agent.layout.items()
+        ],
+        "action_size": agent.action_size,
+        "config": dataclasses.asdict(run.config),
+        "statistics": _kept(run.path / STATISTICS_FILE),
+        "provenance": _kept(run.path / PROVENANCE_FILE),
+        "exported_with": package_versions(("pigbench", "jax")),
+    }
+
+
+def _kept(path: Path) -> Any:
+    return files.read_json(path) if path.exists() else None
+
+
+def _success(trained: Trained) -> dict[str, float] | None:
+    """The share of this very checkpoint's evaluation episodes that succeeded; None without any."""
+    path, step = trained.run.episodes_path, int(trained.state.step)
+    rows = [row for row in episodes.read(path) if row.step == step] if path.exists() else []
+    if not rows:
+        return None
+    return {
+        "rate": float(np.mean([row.measures["success"] for row in rows])),
+        "episodes": len(rows),
+    }
+
+
+def _require_own(folder: Path) -> None:
+    if not folder.exists() or (folder / CONFIG_FILE).exists():
+        return
+    if not folder.is_dir() or any(folder.iterdir()):
+        raise UserError(f"{folder} is not an empty folder and holds no policy; choose another")
+
+
+def _card(trained: Trained, about: Mapping[str, Any], license: str) -> str:
+    config, agent = trained.run.config, trained.agent
+    success = about["success"]
+    usage = _USAGE.format(
+        faulty=xla.FAULTY,
+        cure=xla.CURE,
+        parameters=PARAMETERS_FILE,
+        act=ACT_FILE,
+        size=agent.observation_size,
+        action_size=agent.action_size,
+    )
+    return card.card(
+        {
+            "license": license,
+            "library_name": "jax",
+            "pipeline_tag": "reinforcement-learning",
+            "tags": [*card.TAGS, config.method, config.environment],
+        },
+        f"# {config.label} on {config.environment}",
+        card.facts(
+            {
+                "method": config.label,
+                "environment": f"{config.environment}, physics profile {config.physics}",
+                "success": f"{success['rate']:.1%} of {success['episodes']} evaluation episodes"
+                if success
+                else "not evaluated",
+                "updates": f"{about['step']:,}, seed {config.seed}, preset {config.preset}",
+                "data set": f"the one whose manifest has SHA-256 {config.dataset_digest}",
+                "goals": "the states to reach"
+                + ("" if config.goals == "state" else f", of which it sees the {config.goals}"),
+            }
+        ),
+        f"## Acting\n\nWith jax, flatbuffers and safetensors installed, in this folder:\n\n"
+        f"{card.code('python', usage)}",
+        f"## Observations, goals and actions\n\n"
+        f"{card.observation_table(config.environment, sizes(agent.layout))}\n\n"
+        f"A goal is an observation too. {card.ACTION}",
+        f"`{CONFIG_FILE}` has every hyper-parameter, and versions.",
+    )
