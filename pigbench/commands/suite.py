@@ -90,8 +90,15 @@ def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
 
 
 def _require_compatible(out: Path, suite: Suite) -> None:
-    """A suite may grow along its axes; what its cells have in common stays."""
+    """A suite may grow along its axes, and train longer; what its cells have in common stays."""
     kept = spec.read_kept(out / KEPT)
+    asked = {environment.name: environment.steps for environment in suite.environments}
+    for environment in kept.environments:
+        if asked.get(environment.name, environment.steps) < environment.steps:
+            raise UserError(
+                f"{out} trains {environment.steps:,} steps on {environment.name}, and not fewer: "
+                "ask for as many or more, or choose another folder"
+            )
     stored, wanted = (_settings(kept), _settings(suite))
     common = {key for key in stored if key in wanted}
     require_same(
@@ -109,8 +116,10 @@ def _settings(suite: Suite) -> dict[str, object]:
         "agent": suite.agent,
     }
     for environment in suite.environments:
-        sizes = {"transitions": environment.transitions, "steps": environment.steps}
-        settings[environment.name] = sizes | {"data": str(environment.data)}
+        settings[environment.name] = {
+            "transitions": environment.transitions,
+            "data": str(environment.data),
+        }
     return settings | {f"variants.{name}": fields for name, fields in suite.variants.items()}
 
 

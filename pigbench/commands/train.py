@@ -31,7 +31,7 @@ class Train:
     """Train one method, with one seed or several, evaluating it as it learns.
 
     Run the same command again after it was cut off: it goes on from the last checkpoint and ends
-    with the same parameters.
+    with the same parameters. With more --steps, it trains a run further that has ended.
     """
 
     method: tyro.conf.Positional[str]

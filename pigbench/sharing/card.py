@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pigbench import envs
-from pigbench.report.formats import markdown_grid
 
 FILE_NAME = "README.md"
 
@@ -42,11 +41,11 @@ def facts(values: Mapping[str, Any]) -> str:
 def observation_table(environment: str, layout: Iterable[tuple[str, int]]) -> str:
     """Where the terms of an observation lie, and what they mean, as far as it is known."""
     meanings = _meanings(environment)
-    lines, stop = [("term", "numbers", "meaning")], 0
+    lines, stop = ["| term | numbers | meaning |", "|---|---|---|"], 0
     for name, size in layout:
         start, stop = stop, stop + size
-        lines.append((f"`{name}`", f"{start} to {stop - 1}", meanings.get(name, "")))
-    return markdown_grid(lines)
+        lines.append(f"| `{name}` | {start} to {stop - 1} | {meanings.get(name, '')} |")
+    return "\n".join(lines)
 
 
 def _meanings(environment: str) -> Mapping[str, str]:

@@ -62,6 +62,12 @@ class Checkpoints:
             self._manager.save(step, args=ocp.args.StandardSave(state), force=True)
             self._manager.wait_until_finished()
 
+    def drop(self, unwanted: Callable[[int], bool]) -> None:
+        """Remove the states of such steps."""
+        for step in filter(unwanted, self.steps()):
+            with _without_log():
+                self._manager.delete(step)
+
     def restore(self, like: TrainState, step: int) -> TrainState:
         """The state of that step, of the structure of `like`.
 

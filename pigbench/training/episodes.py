@@ -51,11 +51,7 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
     new = list(episodes)
     steps = {episode.step for episode in new}
     old = [episode for episode in read(path) if episode.step not in steps] if path.exists() else []
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_COLUMNS)
-    writer.writerows(map(_row, sorted(old + new, key=lambda episode: episode[: len(_WHICH)])))
-    files.write_text(path, text.getvalue())
+    _write(path, sorted(old + new, key=lambda episode: episode[: len(_WHICH)]))
 
 
 def read(path: Path) -> list[Episode]:
@@ -76,6 +72,14 @@ def read(path: Path) -> list[Episode]:
     return [_parse(path, number, header, row) for number, row in enumerate(rows, start=2)]
 
 
+def keep(path: Path, wanted: Callable[[int], bool]) -> None:
+    """Removes the episodes of other steps than the wanted from the file, if there is one."""
+    old = read(path) if path.exists() else []
+    kept = [episode for episode in old if wanted(episode.step)]
+    if kept != old:
+        _write(path, kept)
+
+
 def best_step(episodes: Iterable[Episode]) -> int:
     """The step whose policy had the most success, the first of several, as in tables of one seed.
 
@@ -85,6 +89,14 @@ def best_step(episodes: Iterable[Episode]) -> int:
     for episode in episodes:
         by_step.setdefault(episode.step, []).append(float(episode.measures["success"]))
     return max(sorted(by_step), key=lambda step: sum(by_step[step]) / len(by_step[step]))
+
+
+def _write(path: Path, episodes: Iterable[Episode]) -> None:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    writer.writerows(map(_row, episodes))
+    files.write_text(path, text.getvalue())
 
 
 def _row(episode: Episode) -> list[str]:

@@ -1,7 +1,7 @@
 """A run's folder: one training of one method, with all that is needed to trust and repeat it.
 
 config.json       what was asked for: it identifies the run
-provenance.json   what it was made with: versions, commit, machine, data set
+provenance.json   what it was made with: versions, commit, machine, data set; and extended with
 statistics.json   mean and deviation of the data's observations, which standardising needs
 metrics.jsonl     training metrics (`pigbench.training.metrics`), and tensorboard/ with the same
 episodes.csv      every evaluation episode (`pigbench.training.episodes`)
@@ -91,14 +91,19 @@ class Run:
 def open_run(
     path: Path, config: RunConfig, provenance: Mapping[str, Any], statistics: "Statistics"
 ) -> Run:
-    """Begins the run in the folder `path`, or takes it up again.
+    """Begins the run in the folder `path`, or takes it up again, to train further if asked to.
 
-    Raises UserError when the folder holds a run of another configuration, or anything else.
+    Raises UserError when the folder holds a run of another configuration, but for fewer steps, or
+    anything else.
     """
     if (path / CONFIG_FILE).exists():
         run = read_run(path)
-        require_same(str(path), dataclasses.asdict(run.config), dataclasses.asdict(config))
-        return run
+        steps = max(run.config.steps, config.steps)
+        longer = Run(path, dataclasses.replace(run.config, steps=steps))
+        require_same(str(path), dataclasses.asdict(longer.config), dataclasses.asdict(config))
+        if longer != run:
+            _extend(longer, {"from_steps": run.config.steps, **provenance})
+        return longer
     _require_own(path)
     files.make_folder(path)
     files.write_json(path / PROVENANCE_FILE, provenance)
@@ -107,6 +112,14 @@ def open_run(
     # Last, because it is what makes the folder a run.
     files.write_json(path / CONFIG_FILE, dataclasses.asdict(config))
     return Run(path, config)
+
+
+def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
+    """Asks a run for more steps; the provenance tells, by how many it then makes, what of."""
+    kept = files.read_json(longer.path / PROVENANCE_FILE)
+    extended = kept.get("extended", {}) | {str(longer.config.steps): provenance}
+    files.write_json(longer.path / PROVENANCE_FILE, kept | {"extended": extended})
+    files.write_json(longer.path / CONFIG_FILE, dataclasses.asdict(longer.config))
 
 
 def _require_own(path: Path) -> None:

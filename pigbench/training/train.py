@@ -61,6 +61,10 @@ class Schedule:
         ends = (every * (step // every + 1) for every in (self.log_every, self.evaluate_every))
         return min(*ends, self.steps)
 
+    def evaluates(self, step: int) -> bool:
+        """Is there an evaluation after that step?"""
+        return step % self.evaluate_every == 0 or step == self.steps
+
 
 def train(
     runs: Sequence[Run],
@@ -75,6 +79,9 @@ def train(
 ) -> list[TrainState]:
     """Train to the schedule's end, from the last checkpoint that all `runs` have, if there is one.
 
+    What a shorter schedule evaluated and saved at its end is dropped, unless this one does so too:
+    then the files are those of a training that was this long from the first.
+
     The runs differ in their seeds alone, and are trained together, in one program. The progress
     line ends with `remark`.
     """
@@ -87,6 +94,9 @@ def train(
             stack.enter_context(Checkpoints(run.checkpoints_path, kept=_KEPT[keep](run)))
             for run in runs
         ]
+        for run, saved in zip(runs, checkpoints, strict=True):
+            saved.drop(lambda step: not schedule.evaluates(step))
+            episodes.keep(run.episodes_path, schedule.evaluates)
         states = [agents.create(agent, init_key) for init_key, _ in keys]
         saved_step = common_step(checkpoints)
         if saved_step is not None:
@@ -122,7 +132,7 @@ def train(
                 log.write(stop, one)
             progress.advance(stop - step, note)
             step = stop
-            if step % schedule.evaluate_every == 0 or step == schedule.steps:
+            if schedule.evaluates(step):
                 note = evaluate_and_save()
                 progress.advance(0, note)
     return states

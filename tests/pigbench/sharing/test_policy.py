@@ -110,7 +110,7 @@ def test_the_configuration_tells_what_it_is_and_no_place_of_this_machine(run, ex
     assert b".py" not in program
     text = (exported / "README.md").read_text()
     assert text.startswith('---\nlicense: "apache-2.0"\n')
-    assert re.search(r"\| `cube_0_pos` +\| +19 to 21 \| +centre of cube 0", text)
+    assert "| `cube_0_pos` | 19 to 21 | centre of cube 0" in text
 
 
 def test_a_policy_replaces_a_policy_and_nothing_else(run, exported, tmp_path):

@@ -121,11 +121,25 @@ def test_a_mended_cell_is_done_and_the_others_are_left_alone(out, file, tmp_path
     assert changed == {copy / "logs/cube-single/gcivl/0.log"}
 
 
+def test_a_suite_may_train_longer(out, tmp_path, capsys):
+    copy, longer = tmp_path / "copy", tmp_path / "longer.toml"
+    shutil.copytree(out, copy)
+    shutil.rmtree(copy / "cube-single/gcivl/0")
+    longer.write_text(TINY.replace("steps = 6", "steps = 8").replace('"gcbc", "gcivl"', '"gcbc"'))
+    cli.run(["suite", str(longer), "--out", str(copy), "--jobs", "1"])
+    assert states(copy, capsys) == {"gcbc/0": "done"}
+    assert (copy / "cube-single/gcbc/0/checkpoints/8").is_dir()
+
+
 def test_a_suite_may_grow_but_not_change(out, file, tmp_path):
     other = tmp_path / "other.toml"
-    other.write_text(TINY.replace("every = 3", "every = 2"))
-    with pytest.raises(UserError, match=r"evaluation\.every is 3 there and 2 now"):
-        cli.run(["suite", str(other), "--out", str(out)])
+    for old, new, complaint in (
+        ("every = 3", "every = 2", r"evaluation\.every is 3 there and 2 now"),
+        ("steps = 6", "steps = 5", r"trains 6 steps on cube-single, and not fewer"),
+    ):
+        other.write_text(TINY.replace(old, new))
+        with pytest.raises(UserError, match=complaint):
+            cli.run(["suite", str(other), "--out", str(out)])
 
 
 def test_a_dry_run_does_nothing_but_tell(file, tmp_path, capsys):

@@ -1,6 +1,7 @@
 """Training that is killed and started again ends where an uninterrupted one does."""
 
 import itertools
+import json
 import shutil
 import signal
 import subprocess
@@ -123,6 +124,30 @@ def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(
     for seed, metrics in whole.items():
         assert (tmp_path / f"run/{seed}/metrics.jsonl").read_text() == metrics
         assert int(restore(tmp_path / f"run/{seed}").state.step) == 20
+
+
+@pytest.mark.parametrize("keep", ["last", "all"])
+def test_a_run_that_is_extended_is_as_if_it_had_been_that_long_from_the_first(data, tmp_path, keep):
+    train = ["train", "gcivl", "--data", str(data), *SMALL, "--log-every", "4", "--keep", keep]
+    cli.run([*train, "--steps", "40", "--out", str(tmp_path / "whole")])
+    # Its last evaluation, after 25 updates, is none of a longer run's.
+    cli.run([*train, "--steps", "25", "--out", str(tmp_path / "run")])
+    cli.run([*train, "--steps", "40", "--out", str(tmp_path / "run")])
+
+    whole, run = restore(tmp_path / "whole"), restore(tmp_path / "run")
+    jax.tree.map(np.testing.assert_array_equal, run.state, whole.state)
+    for name in ("episodes.csv", "metrics.jsonl", "config.json", "statistics.json"):
+        assert (tmp_path / "run" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    kept = [{path.name for path in (one.run.checkpoints_path).iterdir()} for one in (run, whole)]
+    assert kept[0] == kept[1] == ({"30", "40"} if keep == "last" else {"0", "10", "20", "30", "40"})
+    provenance = json.loads((tmp_path / "run/provenance.json").read_text())
+    assert provenance["extended"]["40"]["from_steps"] == 25
+    assert provenance["extended"]["40"]["versions"] == provenance["versions"]
+
+    with pytest.raises(UserError, match=r"steps is 40 there and 30 now"):
+        cli.run([*train, "--steps", "30", "--out", str(tmp_path / "run")])
+    with pytest.raises(UserError, match=r"agent\.discount is 0\.99 there and 0\.9 now"):
+        cli.run([*train, "--steps", "50", "--agent.discount", "0.9", "--out", str(run.run.path)])
 
 
 def test_the_best_checkpoint_stays_and_can_be_asked_for(data, tmp_path):
