@@ -4,14 +4,32 @@ import dataclasses
 import importlib
 from pathlib import Path
 from shlex import quote
+from typing import NamedTuple
 
 import tyro
 
 from pigbench.data import dataset, manifest
 from pigbench.errors import UserError, lookup
+from pigbench.sharing import card
+from pigbench.sharing import data as sharing
 
-_FORMATS = {"ogbench": "pigbench.data.ogbench"}
-"""Modules, imported when they are needed: looking at a data set takes no simulator."""
+
+class Format(NamedTuple):
+    """A format: its module, the options that its `write` has, and whether it has a `read`.
+
+    Modules are imported when they are needed: looking at a data set takes no simulator.
+    """
+
+    module: str
+    options: tuple[str, ...] = ()
+    reads: bool = False
+
+
+_FORMATS = {
+    "ogbench": Format("pigbench.data.ogbench", ("rows_per_file", "goals"), reads=True),
+    "minari": Format("pigbench.data.minari"),
+    "lerobot": Format("pigbench.data.lerobot"),
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,25 +65,49 @@ class Verify:
 
 @dataclasses.dataclass(frozen=True)
 class Export:
-    """Write a data set in another format: for OGBench's loaders, F.npz and F-val.npz."""
+    """Write a data set in another format.
+
+    For OGBench's loaders, F.npz and F-val.npz; for Minari, a folder as MINARI_DATASETS_PATH names;
+    for LeRobot, the folder of a data set of version 3.
+    """
 
     folder: tyro.conf.Positional[Path]
     """Folder of the data set."""
     out: Path
-    """File of the training split; that of the validation split is named after it."""
+    """File of the training split, that of the validation split is named after it; or a folder."""
     rows_per_file: int | None = None
-    """Rows of a file at most, as whole shards; by default a split is one file."""
+    """Rows of a file of OGBench's at most, as whole shards; by default a split is one file."""
     format: str = "ogbench"
-    """Format of the files."""
+    """Format: ogbench, minari or lerobot."""
     goals: str = "state"
     """cubes to have each row's cube positions too, as OGBench's `-oraclerep` environments."""
 
     def run(self) -> None:
         """Write the files."""
-        form = importlib.import_module(lookup("format", _FORMATS, self.format))
+        form = lookup("format", _FORMATS, self.format)
+        asked = {"rows_per_file": self.rows_per_file, "goals": self.goals}
+        for name, value in asked.items():
+            if name not in form.options and value != getattr(type(self), name):
+                raise UserError(f"{name} is {value!r}: format {self.format!r} has no such choice")
+        module = importlib.import_module(form.module)
         data = dataset.load(self.folder)
-        written = form.write(data, self.out, rows_per_file=self.rows_per_file, goals=self.goals)
-        print(f"{' and '.join(map(str, written))} are written")
+        written = module.write(data, self.out, **{name: asked[name] for name in form.options})
+        verb = "is" if len(written) == 1 else "are"
+        print(f"{' and '.join(map(str, written))} {verb} written")
+
+
+@dataclasses.dataclass(frozen=True)
+class Card:
+    """Write a data set's README: what it holds and how to load it, with the hub's header."""
+
+    folder: tyro.conf.Positional[Path]
+    """Folder of the data set."""
+    license: str = card.LICENSE
+    """Licence of the data, by the hub's name of it."""
+
+    def run(self) -> None:
+        """Write the file."""
+        print(f"{sharing.write(dataset.load(self.folder), license=self.license)} is written")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -90,6 +132,7 @@ class Import:
 
     def run(self) -> None:
         """Import what is missing."""
-        form = importlib.import_module(lookup("format", _FORMATS, self.format))
-        form.read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
+        readable = {name: form.module for name, form in _FORMATS.items() if form.reads}
+        module = importlib.import_module(lookup("format", readable, self.format))
+        module.read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
         print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")

@@ -48,6 +48,13 @@ class Split:
         paths = [self.folder / record.name / shard.file_name(field) for record in self.records]
         return MappedArray(self.shards(field), paths)
 
+    def shard_episodes(self, record: ShardRecord, *fields: str) -> Iterator[dict[str, np.ndarray]]:
+        """The fields of each episode of a shard of the split, mapped from the disk."""
+        arrays = {field: shard.read(self.folder, record, field) for field in fields}
+        ends = np.flatnonzero(shard.read(self.folder, record, "terminals")) + 1
+        for start, stop in itertools.pairwise([0, *ends]):
+            yield {field: array[start:stop] for field, array in arrays.items()}
+
     def concatenate(self, field: str) -> np.ndarray:
         """The field of all shards in memory: (rows, ...). Raises UserError when it holds NaN."""
         arrays = self.shards(field)

@@ -23,6 +23,7 @@ from pigbench.errors import UserError
 from pigbench.settings import jax_defaults
 from pigbench.sharing import card
 from pigbench.support import files
+from pigbench.support.extras import required
 from pigbench.training import episodes
 from pigbench.training.provenance import package_versions
 from pigbench.training.restore import Trained
@@ -59,19 +60,13 @@ def write(folder: Path, trained: Trained, *, license: str = card.LICENSE) -> Non
 
     Raises UserError when a package is missing, or `folder` holds something else than a policy.
     """
-    try:
-        import flatbuffers as _  # noqa: F401  which `jax.export` serialises with
-        from safetensors.numpy import save
-    except ImportError as error:
-        raise UserError(
-            f"sharing a policy needs the package {error.name}: pip install 'pigbench[share]'"
-        ) from None
+    # Flatbuffers are what `jax.export` writes.
+    safetensors, _ = required("safetensors.numpy", "flatbuffers", extra="share")
     _require_own(folder)
-    files.make_folder(folder.parent)
     parameters = by_path(jax.device_get(trained.state.params))
     about = describe(trained)
     with files.replacing_folder(folder) as new:
-        files.write_bytes(new / PARAMETERS_FILE, save(parameters))
+        files.write_bytes(new / PARAMETERS_FILE, safetensors.save(parameters))
         files.write_bytes(new / ACT_FILE, serialize(trained.agent, trained.state.params))
         files.write_json(new / CONFIG_FILE, about)
         files.write_text(new / card.FILE_NAME, _card(trained, about, license))

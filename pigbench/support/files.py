@@ -65,6 +65,13 @@ def require_folder(path: Path) -> None:
         raise UserError(f"{path} cannot be written: {error.strerror} in {place}") from None
 
 
+def require_new_folder(path: Path) -> None:
+    """As `require_folder`; raises UserError too if anything is in it already."""
+    require_folder(path)
+    if path.is_dir() and any(path.iterdir()):
+        raise UserError(f"{path} is not an empty folder; choose another")
+
+
 def require_file(path: Path) -> None:
     """As `require_folder`, for a file; its folder need not exist yet."""
     if path.exists() and not path.is_file():
@@ -130,15 +137,16 @@ def _is_locked(descriptor: int, path: Path) -> bool:
 def replacing_folder(path: Path) -> Iterator[Path]:
     """An empty folder to fill with files; it takes the place of `path` as `replacing_file` does.
 
-    What lay at `path` before is removed first: a crash in between leaves nothing there.
+    What lay at `path` before is removed first: a crash in between leaves nothing there. Folders
+    above it are made if need be.
     """
     temporary = temporary_path(path)
     with explaining_full_disk(path):
         try:
             remove_folder(temporary)
-            temporary.mkdir()
+            temporary.mkdir(parents=True)
             yield temporary
-            for file in temporary.iterdir():
+            for file in temporary.rglob("*"):
                 _sync(file)
             _sync(temporary)
             remove_folder(path)

@@ -1,0 +1,125 @@
+"""Minari's format of data sets, kept by Arrow: what `minari.load_dataset` reads.
+
+The folder holds Minari data sets, one a split, as `MINARI_DATASETS_PATH` does:
+
+pigbench/cube-single-play-v0/data/metadata.json      spaces, environment, sizes
+pigbench/cube-single-play-v0/data/0/part-0.arrow     the first episode, a row a state
+pigbench/cube-single-play-v0/data/0/metadata.json    its number and length
+
+Rewards are 0, since a goal belongs to none of the episodes, which end by truncation.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from pigbench.data.dataset import Dataset, Split
+from pigbench.support import files
+from pigbench.support.extras import required
+from pigbench.support.progress import Progress
+
+VERSION = "0.5.4"  # of Minari, whose format this is
+
+_ENDINGS = {"train": "", "val": "-val"}  # of the splits' names
+
+
+def write(dataset: Dataset, path: Path) -> list[Path]:
+    """Writes the data set into the new folder `path`, whole or not at all, and returns that.
+
+    Raises UserError when something is there already, or pyarrow is not installed.
+    """
+    required("pyarrow.ipc", extra="share")
+    files.require_new_folder(path)
+    held = {record.split for record in dataset.manifest.shards if record.rows}
+    splits = {identify(dataset, name): dataset.split(name) for name in _ENDINGS if name in held}
+    total = sum(split.rows for split in splits.values())
+    with (
+        files.replacing_folder(path) as new,
+        Progress("export", total=total, unit="rows") as progress,
+    ):
+        for identity, split in splits.items():
+            _write_split(new / identity / "data", identity, split, progress)
+    return [path]
+
+
+def identify(dataset: Dataset, split: str) -> str:
+    """Minari's name of a split."""
+    spec = dataset.spec
+    policy = re.sub(r"[^A-Za-z0-9_.]+", "-", spec.policy)
+    return f"pigbench/{spec.environment}-{policy}{_ENDINGS[split]}-v0"
+
+
+def _write_split(folder: Path, identity: str, split: Split, progress: Progress) -> None:
+    episodes = [
+        episode
+        for record in split.records
+        for episode in split.shard_episodes(record, "observations", "actions")
+    ]
+    size = 0
+    for number, episode in enumerate(episodes):
+        own = folder / str(number)
+        own.mkdir(parents=True)
+        _write_episode(own / "part-0.arrow", episode)
+        rows = len(episode["observations"])
+        about = json.dumps({"id": number, "total_steps": rows - 1})
+        (own / "metadata.json").write_text(about, encoding="utf-8")
+        size += (own / "part-0.arrow").stat().st_size
+        progress.advance(rows)
+    about = _metadata(identity, split) | {
+        "total_episodes": len(episodes),
+        "total_steps": split.rows - len(episodes),
+        "dataset_size": round(size / 1e6, 1),  # MB
+    }
+    files.write_json(folder / "metadata.json", about)
+
+
+def _write_episode(path: Path, episode: Mapping[str, np.ndarray]) -> None:
+    """A row a state; the last has no action, and zeros for it."""
+    pa, ipc = required("pyarrow", "pyarrow.ipc", extra="share")
+    observations, actions = np.asarray(episode["observations"]), np.array(episode["actions"])
+    actions[-1] = 0
+    rows = np.arange(len(actions))
+
+    def vectors(values: np.ndarray) -> Any:
+        kind = pa.list_(pa.float32(), values.shape[1])
+        return pa.FixedSizeListArray.from_arrays(values.ravel(), type=kind)
+
+    batch = pa.RecordBatch.from_pydict(
+        {
+            "observations": vectors(observations),
+            "actions": vectors(actions),
+            "rewards": np.zeros(len(rows)),
+            "terminations": np.zeros(len(rows), bool),
+            "truncations": rows == len(rows) - 2,
+        }
+    )
+    with ipc.new_file(path, batch.schema) as file:
+        file.write_batch(batch)
+
+
+def _metadata(identity: str, split: Split) -> dict[str, Any]:
+    spec = split.spec
+    environment = gymnasium.spec(f"pigbench/{spec.environment}-v0")
+    return {
+        "dataset_id": identity,
+        "minari_version": VERSION,
+        "data_format": "arrow",
+        "jpeg_encoding": False,
+        "env_spec": environment.to_json(),
+        "observation_space": _box(spec.observation_size, np.inf),
+        "action_space": _box(spec.action_size, 1.0),
+        "algorithm_name": spec.policy,
+        "description": f"{spec.policy} data of {spec.environment}, made by pigbench with seed "
+        f"{spec.seed} (physics profile {spec.physics}); rewards are 0: any state may be the goal",
+    }
+
+
+def _box(size: int, bound: float) -> str:
+    """A box in R^size, as Minari writes spaces."""
+    limits = {"low": [-bound] * size, "high": [bound] * size}
+    return json.dumps({"type": "Box", "dtype": "float32", "shape": [size], **limits})
