@@ -1,9 +1,10 @@
-"""OGBench's cube environments in JAX: `make("cube-double")` gives a Brax `Env`.
+"""OGBench's cube environments in JAX, and a robot's: `make("cube-double")` gives a Brax `Env`.
 
 Brax, and the MJX that comes with it, take seconds to import: they are when an environment is
 needed, not for the table of environments.
 """
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pigbench.envs.scene import build
@@ -12,6 +13,7 @@ from pigbench.errors import lookup
 
 if TYPE_CHECKING:
     from pigbench.envs.environment import CubeEnv, State
+    from pigbench.envs.reality import Reality
 
 _SIZES = {
     "cube-single": (1, 200),
@@ -24,6 +26,14 @@ SPECS = {
     name: Spec(name, num_cubes, episode_length, TASKS[name])
     for name, (num_cubes, episode_length) in _SIZES.items()
 }
+SPECS["cube-centre"] = replace(
+    SPECS["cube-single"],
+    name="cube-centre",
+    tasks=TASKS["cube-centre"],
+    success_distance=0.03,  # the nearest of the paper's three: an episode ends with success
+    unobserved=frozenset({"effector_pos"}),  # as the paper lists what its robot's policies see
+    real=True,
+)
 
 
 def names() -> tuple[str, ...]:
@@ -38,16 +48,24 @@ def default_engine() -> str:
     return physics.default_engine()
 
 
-def make(name: str, engine: str | None = None, profile: str = "exact") -> "CubeEnv":
+def make(
+    name: str,
+    engine: str | None = None,
+    profile: str = "exact",
+    reality: "Reality | None" = None,
+) -> "CubeEnv":
     """The environment of that name; UserError for an unknown name.
 
-    `engine` is one of `physics.ENGINES`, by default the one for JAX's device.
+    `engine` is one of `physics.ENGINES`, by default the one for JAX's device. `reality` is what
+    makes the world hard to know and to act in; by default, for a real robot's environment, `REAL`.
     """
     from pigbench.envs import environment, physics
+    from pigbench.envs.reality import REAL
 
     spec = lookup("environment", SPECS, name)
     scene = build(spec.num_cubes, profile)
-    return environment.CubeEnv(spec, physics.make(engine or default_engine(), scene))
+    reality = REAL if reality is None and spec.real else reality
+    return environment.CubeEnv(spec, physics.make(engine or default_engine(), scene), reality)
 
 
 def __getattr__(name: str) -> Any:

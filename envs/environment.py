@@ -6,23 +6,23 @@ import jax
 import jax.numpy as jnp
 from jax.core import Tracer
 
-from pigbench.envs import control, kinematics, workspace
+from pigbench.envs import control, kinematics, reality, workspace
 from pigbench.envs.observation import Layout, cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
 from pigbench.envs.quiet import quiet
+from pigbench.envs.reality import Reality, World
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
-from pigbench.envs.tasks import Spec
+from pigbench.envs.tasks import START_JITTER, Spec
 from pigbench.errors import UserError
 from pigbench.settings import jax_defaults
 
 with quiet():
     from brax.envs.base import Env, State
 
-SUCCESS_DISTANCE = 0.04  # metres between a cube and its target
-START_JITTER = 0.01  # metres by which start positions are shifted in x and y
 SETTLING_STEPS = 2  # random control steps before a goal scene is observed
 USER_TASK = 0  # task id of a scene the user gave; the tasks of the table count from 1
+_REALITY = 1000  # folded into an episode's key, for what is drawn of the reality around it
 NO_TASK = -1  # what stands for an id that is none, where it is known only as the program runs
 
 
@@ -30,22 +30,24 @@ class CubeEnv(Env):
     """A UR5e that rearranges cubes.
 
     The observation is `layout`'s, the action (5,) in [-1, 1] that of `envs.control`. The reward is
-    1 on success, else 0. An episode is done when every cube lies within SUCCESS_DISTANCE of its
-    target, or the simulation has diverged; time limits are a wrapper's (`episode_length` is
-    OGBench's).
+    1 on success, else 0. An episode is done when every cube lies within the spec's
+    `success_distance` of its target, or the simulation has diverged; time limits are a wrapper's
+    (`episode_length` is OGBench's).
 
     `state.info` has goal (the goal's observation), target (num_cubes, 3), task (an id from 1,
-    USER_TASK or NO_TASK), success and diverged (bool). All methods are for one environment: vmap
-    them.
+    USER_TASK or NO_TASK), success and diverged (bool), and senses, what stands between whoever acts
+    and the simulation; without `reality`, None. All methods are for one environment: vmap them.
     """
 
-    def __init__(self, spec: Spec, physics: Physics):
+    def __init__(self, spec: Spec, physics: Physics, reality: Reality | None = None):
         self.spec = spec
         self.physics = physics
+        self.reality = reality
         self.scene = physics.scene
-        self.layout = Layout(spec.num_cubes)
+        self.layout = Layout(spec.num_cubes, spec.unobserved)
         self._start = jnp.array([task.start_xyz for task in spec.tasks], jnp.float32)
         self._goal = jnp.array([task.goal_xyz for task in spec.tasks], jnp.float32)
+        self._jitter = jnp.array([task.jitter for task in spec.tasks], jnp.float32)
 
     @property
     def observation_size(self) -> int:
@@ -97,7 +99,7 @@ class CubeEnv(Env):
         task = jnp.asarray(task, jnp.int32)
         nearest = jnp.clip(task, 1, self.num_tasks)
         start, goal = self._start[nearest - 1], self._goal[nearest - 1]
-        state = self.reset_to(key, start[order], goal[order])
+        state = self.reset_to(key, start[order], goal[order], jitter=self._jitter[nearest - 1])
         return replace(state, info=state.info | {"task": jnp.where(task == nearest, task, NO_TASK)})
 
     @jax_defaults()
@@ -108,13 +110,13 @@ class CubeEnv(Env):
         goal: jax.Array,
         *,
         yaw: jax.Array | None = None,
-        jitter: float = START_JITTER,
+        jitter: jax.Array | float = START_JITTER,
     ) -> State:
         """Start with the cubes near `start` and their targets at `goal`, (num_cubes, 3) in metres.
 
         As in OGBench, the goal's observation is that of the goal scene after two random steps, with
-        the arm at a random pose. Start positions are shifted in x and y by up to `jitter` metres;
-        cubes start at `yaw` (num_cubes,), radians, by default at random.
+        the arm at a random pose. Start positions are shifted in x and y by up to `jitter` metres,
+        one number or (2,); cubes start at `yaw` (num_cubes,), radians, by default at random.
         """
         goal_key, arm_key, jitter_key, yaw_key = jax.random.split(key, 4)
         start, goal = jnp.asarray(start, jnp.float32), jnp.asarray(goal, jnp.float32)
@@ -123,7 +125,8 @@ class CubeEnv(Env):
         if yaw is None:
             yaw = jax.random.uniform(yaw_key, (self.spec.num_cubes,), maxval=2 * jnp.pi)
         physics_state = self._place(arm_key, start.at[:, :2].add(shift), jnp.asarray(yaw))
-        return self._first(physics_state, self.observe(goal_state), goal)
+        world = self.begin(key, physics_state)
+        return self._first(world, self.observe(goal_state), goal)
 
     @jax_defaults()
     def random_scene(self, key: jax.Array) -> PhysicsState:
@@ -138,7 +141,31 @@ class CubeEnv(Env):
     def step(self, state: State, action: jax.Array) -> State:
         """One control step of 0.05 s. A state that is done stays as it is."""
         physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
-        return self._next(state, self.simulate(physics_state, action, active=state.done == 0))
+        world = World(physics_state, state.info["senses"])
+        return self._next(state, self.advance(world, action, active=state.done == 0))
+
+    @jax_defaults()
+    def begin(self, key: jax.Array, physics_state: PhysicsState) -> World:
+        """The world of an episode that starts with a simulation at rest."""
+        if self.reality is None:
+            return World(physics_state, None)
+        key = jax.random.fold_in(key, _REALITY)
+        return reality.begin(key, self.reality, self.scene, physics_state)
+
+    @jax_defaults()
+    def advance(self, world: World, action: jax.Array, active: jax.Array | bool = True) -> World:
+        """One control step of a world; one that is not active stays as it is."""
+        if self.reality is None or world.senses is None:
+            return World(self.simulate(world.physics, action, active), None)
+        senses, due = reality.act(world.senses, action)
+        physics_state = self.simulate(world.physics, due, active)
+        senses = reality.look(self.reality, self.scene, senses, physics_state)
+        senses = jax.tree.map(lambda new, old: jnp.where(active, new, old), senses, world.senses)
+        return World(physics_state, senses)
+
+    def perceive(self, world: World) -> PhysicsState:
+        """A world's simulation as whoever acts in it knows it."""
+        return reality.perceived(self.scene, world)
 
     @jax_defaults()
     def simulate(
@@ -176,11 +203,11 @@ class CubeEnv(Env):
         qpos = home.at[self.scene.arm].set(joints).at[self.scene.cubes_qpos].set(poses.ravel())
         return self.physics.init(qpos)
 
-    def _first(self, physics_state: PhysicsState, goal: jax.Array, target: jax.Array) -> State:
+    def _first(self, world: World, goal: jax.Array, target: jax.Array) -> State:
         zero, no = jnp.zeros(()), jnp.zeros((), bool)
         return State(
-            pipeline_state=physics_state,  # pyright: ignore[reportArgumentType]
-            obs=self.observe(physics_state),
+            pipeline_state=world.physics,  # pyright: ignore[reportArgumentType]
+            obs=self.observe(self.perceive(world)),
             reward=zero,
             done=zero,
             metrics={"success": zero},
@@ -190,21 +217,23 @@ class CubeEnv(Env):
                 "task": jnp.full((), USER_TASK, jnp.int32),
                 "success": no,
                 "diverged": no,
+                "senses": world.senses,
             },
         )
 
-    def _next(self, state: State, physics_state: PhysicsState) -> State:
+    def _next(self, state: State, world: World) -> State:
+        physics_state = world.physics
         positions, _ = cube_poses(self.scene, physics_state)
         distances = jnp.linalg.norm(positions - state.info["target"], axis=-1)
         diverged = physics_state.diverged
-        success = jnp.all(distances <= SUCCESS_DISTANCE) & ~diverged
+        success = jnp.all(distances <= self.spec.success_distance) & ~diverged
         reward = success.astype(jnp.float32)
         return replace(
             state,
             pipeline_state=physics_state,
-            obs=self.observe(physics_state),
+            obs=self.observe(self.perceive(world)),
             reward=reward,
             done=(success | diverged).astype(jnp.float32),
             metrics=state.metrics | {"success": reward},
-            info=state.info | {"success": success, "diverged": diverged},
+            info=state.info | {"success": success, "diverged": diverged, "senses": world.senses},
         )

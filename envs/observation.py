@@ -3,7 +3,7 @@
 Robot terms come first, then the terms of each cube. Other code asks for slices by name.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -124,11 +124,15 @@ def _cube_terms(index: int) -> tuple[Term, ...]:
 
 
 class Layout(Mapping[str, slice]):
-    """The observation's terms in order: a mapping from a term's name to its slice."""
+    """The observation's terms in order: a mapping from a term's name to its slice.
 
-    def __init__(self, num_cubes: int):
+    It has all terms but those in `unobserved`.
+    """
+
+    def __init__(self, num_cubes: int, unobserved: Collection[str] = ()):
         cubes = (_cube_terms(index) for index in range(num_cubes))
-        self.terms = (*ROBOT_TERMS, *(term for cube in cubes for term in cube))
+        terms = (*ROBOT_TERMS, *(term for cube in cubes for term in cube))
+        self.terms = tuple(term for term in terms if term.name not in unobserved)
         self._slices: dict[str, slice] = {}
         start = 0
         for term in self.terms:

@@ -20,6 +20,21 @@ def yaw_quat(yaw: jax.Array) -> jax.Array:
     return jnp.stack([jnp.cos(yaw / 2), zero, zero, jnp.sin(yaw / 2)], axis=-1)
 
 
+def quat_product(one: jax.Array, other: jax.Array) -> jax.Array:
+    """The quaternion (..., 4) of `other` (..., 4) followed by `one` (..., 4)."""
+    a, b, c, d = jnp.moveaxis(one, -1, 0)
+    w, x, y, z = jnp.moveaxis(other, -1, 0)
+    return jnp.stack(
+        [
+            a * w - b * x - c * y - d * z,
+            a * x + b * w + c * z - d * y,
+            a * y - b * z + c * w + d * x,
+            a * z + b * y - c * x + d * w,
+        ],
+        axis=-1,
+    )
+
+
 def quat_yaw(quat: jax.Array) -> jax.Array:
     """The yaw (...) of a quaternion (..., 4), of the roll-pitch-yaw angles."""
     w, x, y, z = jnp.moveaxis(quat, -1, 0)

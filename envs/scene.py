@@ -122,6 +122,16 @@ class Scene:
         """The cubes' part of qpos: num_cubes blocks of position 3 and quaternion 4."""
         return slice(self.gripper.stop, self.gripper.stop + 7 * self.num_cubes)
 
+    @property
+    def cubes_qvel(self) -> slice:
+        """The cubes' part of qvel: num_cubes blocks of linear 3 and angular 3."""
+        return slice(self.gripper.stop, self.gripper.stop + 6 * self.num_cubes)
+
+    @cached_property
+    def cube_bodies(self) -> np.ndarray:
+        """The numbers of the cubes among the model's bodies, (num_cubes,)."""
+        return np.array([self.model.body(f"cube_{i}").id for i in range(self.num_cubes)])
+
     @cached_property
     def home_qpos(self) -> np.ndarray:
         """The state with the arm at home, the gripper open and the cubes in a row, (nq,)."""

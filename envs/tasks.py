@@ -1,7 +1,7 @@
-"""The evaluation tasks of OGBench's cube environments: cube positions at the start and at the goal.
+"""The evaluation tasks of the environments: cube positions at the start and at the goal.
 
-One table: environment -> its five tasks in OGBench's order. A place is (x, y) in metres, with the
-level in a stack where that is not 0.
+One table: environment -> its tasks; OGBench's environments have its five in its order. A place is
+(x, y) in metres, with the level in a stack where that is not 0.
 """
 
 from dataclasses import dataclass
@@ -10,16 +10,20 @@ import numpy as np
 
 from pigbench.envs.scene import CUBE_HALF_SIZE
 
+SUCCESS_DISTANCE = 0.04  # metres between a cube and its target
+START_JITTER = 0.01  # metres by which start positions are shifted in x and y
+
 Place = tuple[float, ...]  # (x, y) on the floor, or (x, y, level)
 
 
 @dataclass(frozen=True)
 class Task:
-    """A start and a goal for each cube."""
+    """A start and a goal for each cube. Starts are off by up to `jitter` metres in x and y."""
 
     name: str
     start: tuple[Place, ...]
     goal: tuple[Place, ...]
+    jitter: tuple[float, float] = (START_JITTER, START_JITTER)
 
     @property
     def start_xyz(self) -> np.ndarray:
@@ -34,12 +38,25 @@ class Task:
 
 @dataclass(frozen=True)
 class Spec:
-    """An environment's name, number of cubes and evaluation."""
+    """An environment's name, number of cubes and evaluation.
+
+    Attributes:
+        episode_length: control steps after which an evaluation episode has failed.
+        tasks: what is evaluated.
+        success_distance: metres between a cube and its target within which it is there.
+        unobserved: terms that an observation lacks.
+        real: whether the world is known and acted in as on a real robot; see `envs.reality`.
+        policy: the scripted policy that collects data unless another is named.
+    """
 
     name: str
     num_cubes: int
-    episode_length: int  # control steps after which an evaluation episode has failed
+    episode_length: int
     tasks: tuple[Task, ...]
+    success_distance: float = SUCCESS_DISTANCE
+    unobserved: frozenset[str] = frozenset()
+    real: bool = False
+    policy: str = "play"
 
 
 def _positions(places: tuple[Place, ...]) -> np.ndarray:
@@ -56,6 +73,8 @@ TASKS: dict[str, tuple[Task, ...]] = {
         Task("task4_diagonal1", ((0.35, -0.2),), ((0.5, 0.2),)),
         Task("task5_diagonal2", ((0.35, 0.2),), ((0.5, -0.2),)),
     ),
+    # Of the paper's robot: from anywhere that cubes lie to the centre.
+    "cube-centre": (Task("task1_centre", ((0.425, 0),), ((0.425, 0),), jitter=(0.125, 0.3)),),
     "cube-double": (
         Task("task1_single_pnp", ((0.425, 0), (0.425, -0.1)), ((0.425, 0), (0.425, 0.1))),
         Task("task2_double_pnp1", ((0.35, -0.1), (0.5, -0.1)), ((0.35, 0.1), (0.5, 0.1))),

@@ -4,7 +4,7 @@ import importlib.util
 from collections.abc import Callable
 
 from pigbench import devices
-from pigbench.envs.physics.base import Physics, PhysicsState, warn_of_overflow
+from pigbench.envs.physics.base import Factors, Physics, PhysicsState, warn_of_overflow
 from pigbench.envs.physics.mjx_jax import MjxJax
 from pigbench.envs.physics.mjx_warp import MjxWarp
 from pigbench.envs.physics.mujoco import MujocoPhysics
@@ -30,4 +30,12 @@ def make(engine: str, scene: Scene) -> Physics:
     return lookup("physics engine", ENGINES, engine)(scene)
 
 
-__all__ = ["ENGINES", "Physics", "PhysicsState", "default_engine", "make", "warn_of_overflow"]
+__all__ = [
+    "ENGINES",
+    "Factors",
+    "Physics",
+    "PhysicsState",
+    "default_engine",
+    "make",
+    "warn_of_overflow",
+]

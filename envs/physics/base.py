@@ -17,6 +17,14 @@ MAX_SPEED = 1e3
 
 
 @struct.dataclass
+class Factors:
+    """What a simulation's model is multiplied by; 1 leaves it as it is."""
+
+    friction: jax.Array  # () of all contacts
+    mass: jax.Array  # () of the cubes, inertias included
+
+
+@struct.dataclass
 class PhysicsState:
     """A simulation between two control steps; float32, the same for all engines.
 
@@ -31,6 +39,7 @@ class PhysicsState:
     pad_force: jax.Array  # () norm of the external wrench on the right finger's pad
     diverged: jax.Array  # () bool; the rest is the last good state
     overflow: jax.Array  # () bool: it counts as diverged because the engine ran out of room for it
+    factors: Factors | None = None  # None where all simulations share the scene's model
 
 
 def warn_of_overflow(states: PhysicsState) -> None:

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench.envs.physics.base import Physics, PhysicsState
+from pigbench.envs.physics.base import Factors, Physics, PhysicsState
 from pigbench.envs.quiet import quiet
 from pigbench.envs.scene import SUBSTEPS, Scene
 
@@ -64,12 +64,13 @@ class MjxPhysics(Physics):
         blank = jax.tree.map(_uniform, data)
 
         def simulate(state: PhysicsState, ctrl: jax.Array) -> PhysicsState:
+            model = self._model if state.factors is None else self._varied(state.factors)
             data = blank.replace(
                 qpos=state.qpos, qvel=state.qvel, qacc_warmstart=state.warmstart, ctrl=ctrl
             )
             if not substeps:
-                return self._read(state, self._mjx.forward(self._model, data))
-            data = jax.lax.fori_loop(0, substeps, lambda _, data: self._substep(data), data)
+                return self._read(state, self._mjx.forward(model, data))
+            data = jax.lax.fori_loop(0, substeps, lambda _, data: self._substep(model, data), data)
             return self._read(state, data)
 
         if len(ctrl) == 1:  # unmapped, loops within a step end when they can, not all together
@@ -77,8 +78,23 @@ class MjxPhysics(Physics):
             return jax.tree.map(lambda x: x[None], alone)
         return jax.vmap(simulate)(states, ctrl)
 
-    def _substep(self, data: Any) -> Any:
-        return self._mjx.step(self._model, data)
+    def _substep(self, model: Any, data: Any) -> Any:
+        return self._mjx.step(model, data)
+
+    def _varied(self, factors: Factors) -> Any:
+        """The model of one simulation."""
+        model, scene = self._model, self.scene
+        cubes, dofs = scene.cube_bodies, scene.cubes_qvel
+        heavier = {
+            field: jnp.asarray(getattr(model, field)).at[cubes].multiply(factors.mass)
+            for field in ("body_mass", "body_inertia", "body_subtreemass")
+        }
+        return model.replace(
+            pair_friction=model.pair_friction * factors.friction,
+            body_invweight0=jnp.asarray(model.body_invweight0).at[cubes].divide(factors.mass),
+            dof_invweight0=jnp.asarray(model.dof_invweight0).at[dofs].divide(factors.mass),
+            **heavier,
+        )
 
     def _read(self, state: PhysicsState, data: Any) -> PhysicsState:
         rotation = data.site_xmat[self._pinch].reshape(3, 3)

@@ -33,13 +33,13 @@ class MjxJax(MjxPhysics):
     def _make_data(self, simulations: int) -> Any:
         return self._mjx.make_data(self.scene.model, impl=self.implementation)
 
-    def _substep(self, data: Any) -> Any:
+    def _substep(self, model: Any, data: Any) -> Any:
         """MJX takes an actuator at its force limit for one that still damps; C does not."""
-        data = self._mjx.forward(self._model, data)
+        data = self._mjx.forward(model, data)
         low, high = self.scene.model.actuator_forcerange.T
         at_limit = (data.actuator_force <= low) | (data.actuator_force >= high)
-        gains = jnp.where(at_limit[:, None], 0.0, self._model.actuator_biasprm)
-        return self._mjx.implicit(self._model.replace(actuator_biasprm=gains), data)
+        gains = jnp.where(at_limit[:, None], 0.0, model.actuator_biasprm)
+        return self._mjx.implicit(model.replace(actuator_biasprm=gains), data)
 
 
 @cache

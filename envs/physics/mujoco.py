@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch, SimulationError
 
-from pigbench.envs.physics.base import Physics, PhysicsState
+from pigbench.envs.physics.base import Factors, Physics, PhysicsState
 from pigbench.envs.scene import SUBSTEPS, Scene
 
 
@@ -31,7 +31,7 @@ class MujocoPhysics(Physics):
         # A simulation that diverges must show, not restart by itself.
         self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self._threads = threads or len(os.sched_getaffinity(0))
-        self._batches: dict[int, Batch] = {}
+        self._batches: dict[tuple[int, bool], Batch] = {}
         self._lock = threading.Lock()  # a batch serves one thread of the caller's at a time
 
     def _forward(self, state: PhysicsState) -> PhysicsState:
@@ -63,7 +63,9 @@ class MujocoPhysics(Physics):
     def _run_batch(
         self, substeps: int, state: PhysicsState, ctrl: np.ndarray, active: np.ndarray
     ) -> PhysicsState:
-        batch = self._batch(active.size)
+        batch = self._batch(active.size, varied=state.factors is not None)
+        if state.factors is not None:
+            _vary(batch, self.scene, state.factors)
 
         def rows(x) -> np.ndarray:
             return np.reshape(x, (batch.nsim, -1))
@@ -101,13 +103,29 @@ class MujocoPhysics(Physics):
         }
         return replace(state, **shaped)
 
-    def _batch(self, nsim: int) -> Batch:
-        if nsim not in self._batches:
+    def _batch(self, nsim: int, *, varied: bool) -> Batch:
+        """Kept from call to call. One whose simulations have models of their own is another."""
+        if (nsim, varied) not in self._batches:
             batch = Batch(self._model, nsim, self._threads)
             for field in ("site_xpos", "site_xmat", "cfrc_ext"):
                 batch.bind(field)
-            self._batches[nsim] = batch
-        return self._batches[nsim]
+            self._batches[nsim, varied] = batch
+        return self._batches[nsim, varied]
+
+
+def _vary(batch: Batch, scene: Scene, factors: Factors) -> None:
+    """Give each simulation of the batch a model of its own, where it does not have it yet."""
+    cubes, friction, mass = scene.cube_bodies, factors.friction.ravel(), factors.mass.ravel()
+    wanted = {"pair_friction": friction[:, None, None] * batch.model.pair_friction}
+    for field in ("body_mass", "body_inertia"):
+        usual = getattr(batch.model, field)
+        wanted[field] = np.tile(usual, (batch.nsim, *[1] * usual.ndim))
+        wanted[field][:, cubes] *= mass.reshape(-1, *[1] * usual.ndim)
+    stale = [field for field in wanted if not np.array_equal(batch.expand(field), wanted[field])]
+    for field in stale:
+        batch.expand(field)[:] = wanted[field]
+    if "body_mass" in stale:
+        batch.set_const()
 
 
 def _keep_no_log() -> None:

@@ -15,11 +15,11 @@ import mujoco
 import numpy as np
 
 from pigbench.envs import CubeEnv, control
-from pigbench.envs.environment import SUCCESS_DISTANCE
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import PlayPolicy
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS, Scene
+from pigbench.envs.tasks import SUCCESS_DISTANCE
 
 _STATES = 256  # at most, in which a control step is compared
 

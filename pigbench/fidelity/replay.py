@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from pigbench.envs import CubeEnv
-from pigbench.envs.environment import SUCCESS_DISTANCE
 from pigbench.envs.observation import (
     PAD_FORCE_SCALE,
     cube_poses,
@@ -19,6 +18,7 @@ from pigbench.envs.observation import (
 )
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import CUBE_HALF_SIZE, Scene
+from pigbench.envs.tasks import SUCCESS_DISTANCE
 from pigbench.fidelity.recording import Recording
 
 WINDOW = 50  # control steps

@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from pigbench import envs
 from pigbench.envs import State, workspace
-from pigbench.envs.environment import NO_TASK, START_JITTER, USER_TASK
+from pigbench.envs.environment import NO_TASK, USER_TASK
+from pigbench.envs.tasks import START_JITTER
 from pigbench.errors import UserError
 
 BATCH = 64
@@ -57,9 +58,9 @@ def test_every_environment_resets_and_steps(env, started, step, name):
     assert jax.tree.map(jnp.dtype, after) == jax.tree.map(jnp.dtype, states)
     num_cubes = one.spec.num_cubes
     assert states.obs.shape == states.info["goal"].shape == (BATCH, one.observation_size)
-    assert one.observation_size == 28 + 9 * (num_cubes - 1)
+    assert one.observation_size == 28 + 9 * (num_cubes - 1) - 3 * one.spec.real
     assert one.action_size == 5
-    assert one.num_tasks == 5
+    assert one.num_tasks == (1 if one.spec.real else 5)
     assert one.backend == "mujoco"
     assert isinstance(one, Env)
     assert states.info["target"].shape == (BATCH, num_cubes, 3)

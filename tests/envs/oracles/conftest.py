@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pigbench.envs.environment import SUCCESS_DISTANCE
 from pigbench.envs.observation import cube_poses
+from pigbench.envs.tasks import SUCCESS_DISTANCE
 
 NAME = "cube-double"
 
