@@ -59,9 +59,9 @@ REAL = Reality(
 
 @struct.dataclass
 class Senses:
-    """An episode's: the key and number of its next draws, what is known, what is under way."""
+    """An episode's: key and number of its next draws, what is known, what is under way."""
 
-    key: jax.Array
+    key: jax.Array  # as bare numbers: Brax's wrappers and others take states for arrays of such
     time: jax.Array  # ()
     track: estimate.Track
     actions: jax.Array  # (action_delay, 5)
@@ -80,7 +80,7 @@ def begin(key: jax.Array, reality: Reality, scene: Scene, physics: PhysicsState)
     factors_key, track_key, key = jax.random.split(key, 3)
     physics = replace(physics, factors=variation.draw(factors_key, reality.variation))
     senses = Senses(
-        key=key,
+        key=jax.random.key_data(key),
         time=jnp.zeros((), jnp.int32),
         track=estimate.begin(track_key, reality.estimate, scene, physics),
         actions=delay.begin(jnp.zeros(ACTION_SIZE), reality.action_delay),
@@ -96,7 +96,7 @@ def act(senses: Senses, action: jax.Array) -> tuple[Senses, jax.Array]:
 
 def look(reality: Reality, scene: Scene, senses: Senses, physics: PhysicsState) -> Senses:
     """What is known after a control step."""
-    key = jax.random.fold_in(senses.key, senses.time)
+    key = jax.random.fold_in(jax.random.wrap_key_data(senses.key), senses.time)
     track = estimate.advance(key, reality.estimate, scene, senses.track, physics)
     return replace(senses, time=senses.time + 1, track=track)
 
