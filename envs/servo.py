@@ -19,6 +19,7 @@ MAX_STEPS = 20  # a move of one action takes two or three
 
 Carry = tuple[jax.Array, jax.Array, jax.Array]  # steps done, joints, whether they are still far
 
+_MOUNT, _BASE = (np.array(link.quat, np.float32) for link in robot.ARM[-2:])
 _CHAIN = robot.ARM[: 1 + max(i for i, link in enumerate(robot.ARM) if link.joint)]
 
 
@@ -61,6 +62,15 @@ def flange(joints: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Arra
             rotation = rotation @ axis_rotation(axis, joints[len(axes) - 1])
     tip = pos + rotation @ jnp.array([0.0, robot.FLANGE_OFFSET, 0.0])
     return tip, rotation, jnp.stack(axes), jnp.stack(anchors)
+
+
+def pinch(joints: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Where joint angles (6,) put the pinch point, (3,) metres, and its yaw (), radians."""
+    tip, rotation, *_ = flange(joints)
+    to_pinch = robot.GRIPPER_MOUNT + robot.GRIPPER_BASE + robot.PINCH_HEIGHT
+    turned = rotation @ quat_rotation(_MOUNT) @ quat_rotation(_BASE)
+    pos = tip + rotation @ jnp.array([0.0, to_pinch, 0.0])
+    return pos, jnp.arctan2(turned[1, 0], turned[0, 0])
 
 
 def _length(vector: jax.Array) -> jax.Array:

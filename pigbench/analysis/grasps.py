@@ -14,7 +14,7 @@ import numpy as np
 
 from pigbench.agents import FlowHierarchy, Params
 from pigbench.agents.representations import is_position
-from pigbench.analysis.modes import HOLDING, contact_modes
+from pigbench.analysis.modes import HOLDING, contact_modes, pinch_points
 from pigbench.data import sampler
 from pigbench.data.dataset import Split
 from pigbench.envs import CubeEnv
@@ -69,22 +69,14 @@ def measure(
         "generated": generated,
     }
     return {
-        name: np.linalg.norm(pinch(env, agent, x)[:, :2] - grasps.cube, axis=-1)
+        name: np.linalg.norm(pinch(agent, x)[:, :2] - grasps.cube, axis=-1)
         for name, x in subgoals.items()
     }
 
 
-def pinch(env: CubeEnv, agent: FlowHierarchy, subgoals: jax.Array) -> np.ndarray:
-    """The pinch points (N, 3) in metres of subgoals (N, x).
-
-    Where a subgoal does not tell, by the arm's joints, in the simulator's forward kinematics.
-    """
-    x, layout = agent.represent.restore(subgoals), agent.represent.layout
-    if "effector_pos" in layout:
-        return metres(np.asarray(x[:, layout["effector_pos"]]))
-    home = jnp.asarray(env.scene.home_qpos, jnp.float32)
-    qpos = jax.vmap(home.at[env.scene.arm].set)(x[:, layout["joint_pos"]])
-    return np.asarray(jax.jit(jax.vmap(env.physics.init))(qpos).pinch_pos)
+def pinch(agent: FlowHierarchy, subgoals: jax.Array) -> np.ndarray:
+    """The pinch points (N, 3) in metres of subgoals (N, x)."""
+    return pinch_points(np.asarray(agent.represent.restore(subgoals)), agent.represent.layout)
 
 
 def _held_cube(
@@ -98,7 +90,7 @@ def _held_cube(
     before, after = (
         metres(np.stack([states[:, part] for part in places])) for states in (starts, ahead)
     )
-    apart = np.linalg.norm(after - metres(ahead[:, layout["effector_pos"]]), axis=-1)
+    apart = np.linalg.norm(after - pinch_points(ahead, layout), axis=-1)
     held = apart.argmin(axis=0), np.arange(len(ahead))
     cube = after[held][:, :2]
     return cube, np.linalg.norm(cube - before[held][:, :2], axis=-1)

@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from pigbench.agents.representations import is_position
+from pigbench.envs import servo
 from pigbench.envs.contact import HOLDING_DISTANCE, feels
-from pigbench.envs.observation import POSITION_SCALE
+from pigbench.envs.observation import metres
 
 FREE, TOUCHING, HOLDING = "free", "touching", "holding"
 MODES = FREE, TOUCHING, HOLDING
@@ -19,7 +22,15 @@ def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.n
     without (touching).
     """
     contact = observations[:, layout["gripper_contact"]][:, 0]
-    pinch = observations[:, layout["effector_pos"]] / POSITION_SCALE
-    cubes = [observations[:, part] for term, part in layout.items() if is_position(term)]
-    held = feels(contact, pinch, np.stack(cubes, axis=1) / POSITION_SCALE, within=HOLDING_DISTANCE)
+    cubes = [metres(observations[:, part]) for term, part in layout.items() if is_position(term)]
+    pinch = pinch_points(observations, layout)
+    held = feels(contact, pinch, np.stack(cubes, axis=1), within=HOLDING_DISTANCE)
     return np.select([held.any(axis=-1), contact > 0], [HOLDING, TOUCHING], FREE)
+
+
+def pinch_points(observations: np.ndarray, layout: Mapping[str, slice]) -> np.ndarray:
+    """The pinch point of each observation, (N, o) to (N, 3) metres; by the joints, if need be."""
+    if "effector_pos" in layout:
+        return metres(observations[:, layout["effector_pos"]])
+    joints = jnp.asarray(observations[:, layout["joint_pos"]])
+    return np.asarray(jax.jit(jax.vmap(servo.pinch))(joints)[0])

@@ -16,7 +16,7 @@ import numpy as np
 from pigbench import seeds
 from pigbench.agents import FlowHierarchy, Params
 from pigbench.agents.representations import is_position
-from pigbench.analysis.modes import contact_modes
+from pigbench.analysis.modes import contact_modes, pinch_points
 from pigbench.data.dataset import Split
 from pigbench.envs import CubeEnv
 from pigbench.envs.observation import POSITION_SCALE
@@ -113,4 +113,5 @@ def _distances(states: np.ndarray, aims: np.ndarray, layout: Mapping[str, slice]
         return np.linalg.norm(states[:, part] - aims[:, part], axis=-1) / POSITION_SCALE
 
     cubes = [apart(term) for term in layout if is_position(term)]
-    return Distances(apart("effector_pos"), np.max(cubes, axis=0))
+    pinch = pinch_points(states, layout) - pinch_points(aims, layout)
+    return Distances(np.linalg.norm(pinch, axis=-1), np.max(cubes, axis=0))

@@ -37,10 +37,12 @@ class Step(NamedTuple):
 
 
 def make(environment: str, *, mode: str) -> Any:
-    """OGBench's environment; `mode` is "task" or "data_collection"."""
+    """OGBench's environment; `mode` is "task" or "data_collection". UserError if it has none."""
     with quiet():
         require("ogbench")  # registers its environments
         gymnasium = require("gymnasium")
+        if f"{environment}-v0" not in gymnasium.registry:
+            raise UserError(f"{NAME} has no environment {environment!r}")
         return gymnasium.make(f"{environment}-v0", mode=mode, terminate_at_goal=False).unwrapped
 
 

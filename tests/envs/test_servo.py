@@ -46,7 +46,7 @@ def test_forward_kinematics_is_mujocos(scene):
     model = scene(1).model
     data = mujoco.MjData(model)
     rng = np.random.default_rng(1)
-    forward = jax.jit(servo.flange)
+    forward, to_pinch = jax.jit(servo.flange), jax.jit(servo.pinch)
     for joints in rng.uniform(-3, 3, (20, 6)):
         data.qpos[:6] = joints
         mujoco.mj_kinematics(model, data)
@@ -58,6 +58,9 @@ def test_forward_kinematics_is_mujocos(scene):
         np.testing.assert_allclose(rotation, body.xmat.reshape(3, 3), atol=3e-6)
         np.testing.assert_allclose(axes, data.xaxis[:6], atol=3e-6)
         np.testing.assert_allclose(anchors, data.xanchor[:6], atol=2e-6)
+        site, (pinch, yaw) = data.site("pinch"), to_pinch(joints)
+        np.testing.assert_allclose(pinch, site.xpos, atol=3e-6)
+        np.testing.assert_allclose(yaw, np.arctan2(site.xmat[3], site.xmat[0]), atol=3e-4)
 
 
 def test_solves_linear_systems_as_numpy():

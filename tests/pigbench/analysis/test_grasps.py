@@ -121,5 +121,5 @@ def test_pinch_points_are_those_of_ogbenchs_model(name, standardized):
     statistics = Statistics.of(rng.normal(size=(50, env.layout.size)).astype(np.float32))
     represent = Representation(name, env.layout, statistics if standardized else None)
     agent = SimpleNamespace(represent=represent)
-    pinch = grasps.pinch(env, agent, represent(jax.numpy.asarray(values)))
+    pinch = grasps.pinch(agent, represent(jax.numpy.asarray(values)))
     np.testing.assert_allclose(pinch, expected, atol=1e-5)
