@@ -33,6 +33,7 @@ SPECS["cube-centre"] = replace(
     success_distance=0.03,  # the nearest of the paper's three: an episode ends with success
     unobserved=frozenset({"effector_pos"}),  # as the paper lists what its robot's policies see
     real=True,
+    policy="replan",
 )
 
 

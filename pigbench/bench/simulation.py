@@ -54,8 +54,10 @@ def engine(env: CubeEnv, simulations: int, *, name: str) -> Contender:
 
     def record(batch: Simulation, _: None):
         after, rows = jax.vmap(lambda one: collect.step(env, policy, one))(batch)
-        controls = jax.vmap(lambda *x: servo_targets(env.scene, *x))(batch.physics, rows["actions"])
-        return after, (batch.physics, controls)
+        controls = jax.vmap(lambda *x: servo_targets(env.scene, *x))(
+            batch.world.physics, rows["actions"]
+        )
+        return after, (batch.world.physics, controls)
 
     _, recorded = jax.jit(lambda batch: jax.lax.scan(record, batch, length=_CHUNK))(start)
     steps = [jax.tree.map(lambda x: x[time], recorded) for time in range(_CHUNK)]  # noqa: B023

@@ -37,8 +37,10 @@ class Generate:
     """Environment; see `pigbench list envs`."""
     out: Path
     """Folder of the data set."""
-    policy: str = "play"
-    """Scripted policy: play follows noisy plans, noisy reacts to the scene with noisy actions."""
+    policy: str | None = None
+    """Scripted policy: play follows noisy plans, noisy reacts to the scene with noisy actions,
+    replan plans anew at every step, as a robot that knows estimates; by default the environment's,
+    play or of cube-centre replan."""
     episodes: int = 1000
     """Episodes of the training split."""
     validation_episodes: int | None = None
@@ -46,7 +48,7 @@ class Generate:
     seed: Seed = 0
     """Seed of every random number."""
     episode_length: int = 1001
-    """Rows of an episode."""
+    """Rows of an episode; replan ends its own, after 301 at most."""
     compact: bool = False
     """Leave out qpos and qvel, which no method trains on: half the bytes."""
     episodes_per_shard: int | None = None
@@ -66,25 +68,28 @@ class Generate:
 
     def run(self) -> None:
         """Generate what is missing."""
-        policy = lookup("policy", POLICIES, self.policy)
+        named = lookup("environment", envs.SPECS, self.environment).policy
+        name = named if self.policy is None else self.policy
+        policy = lookup("policy", POLICIES, name)
         files.require_folder(self.out)
         env = envs.make(self.environment, engine=self.engine, profile=self.physics)
         spec = Spec(
             environment=self.environment,
-            policy=self.policy,
+            policy=name,
             physics=self.physics,
             engine=self.engine,
             seed=self.seed,
             episodes={"train": self.episodes, "val": self._validation_episodes()},
             episodes_per_shard=self._episodes_per_shard(),
-            rows_per_episode=self.episode_length,
+            rows_per_episode=0 if policy.episode_rows else self.episode_length,
             fields=collect.COMPACT if self.compact else collect.FIELDS,
             layout=sizes(env.layout),
             action_size=env.action_size,
             versions=package_versions(),
         )
         if not self.out.exists():  # else what is missing is counted
-            every = sum(spec.episodes.values()) * self.episode_length
+            most = collect.most_rows(policy, self.episode_length)
+            every = sum(spec.episodes.values()) * most
             collect.require_room(env, spec.fields, every, self.out)
         with only_writer(self.out):
             writer = Writer(self.out, spec)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from pigbench import seeds
@@ -15,13 +16,15 @@ from pigbench.data.shard import DTYPES
 from pigbench.data.writer import Writer
 from pigbench.envs import CubeEnv
 from pigbench.envs.oracles import Policy
-from pigbench.envs.physics import PhysicsState, warn_of_overflow
+from pigbench.envs.physics import warn_of_overflow
+from pigbench.envs.reality import World
 from pigbench.support import files
 from pigbench.support.progress import Progress
 
 COMPACT = ("observations", "actions", "terminals")
 """The fields that methods train on."""
 FIELDS = (*COMPACT, "qpos", "qvel")
+_LIVE = "live"  # of a row: it belongs to the episode
 _LONGEST_CHUNK = 100  # control steps between two reports of progress
 
 
@@ -40,9 +43,10 @@ class Simulation(NamedTuple):
     """One episode under way. A vacant one fills up the last shard's batch and is never stepped."""
 
     key: jax.Array
-    physics: PhysicsState
+    world: World
     policy: Any
     vacant: jax.Array  # () bool
+    over: jax.Array  # () bool: the policy ended the episode in an earlier row
 
 
 def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> None:
@@ -51,8 +55,9 @@ def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> N
     Raises UserError when the disk has no room for them.
     """
     missing = writer.missing()
-    total = sum(shard.episodes for shard in spec.plan()) * spec.rows_per_episode
-    remaining = sum(shard.episodes for shard in missing) * spec.rows_per_episode
+    most = most_rows(policy, spec.rows_per_episode)
+    total = sum(shard.episodes for shard in spec.plan()) * most
+    remaining = sum(shard.episodes for shard in missing) * most
     require_room(env, spec.fields, remaining, writer.folder)
     simulate = simulator(env, policy, spec)
     dropped = 0
@@ -75,7 +80,8 @@ def simulator(env: CubeEnv, policy: Policy, spec: Spec) -> Simulator:
     """
     simulations_at_once = spec.episodes_per_shard
     assert isinstance(simulations_at_once, int), "only imported data have unequal shards"
-    steps = _chunk(spec.rows_per_episode)
+    rows = most_rows(policy, spec.rows_per_episode)
+    steps = _chunk(rows)
     begin_all = jax.jit(jax.vmap(partial(begin, env, policy)))
     run_chunk = jax.jit(partial(run, env, policy, steps=steps))
 
@@ -85,16 +91,22 @@ def simulator(env: CubeEnv, policy: Policy, spec: Spec) -> Simulator:
         keys = jax.vmap(partial(jax.random.fold_in, shard_key))(place)
         simulations = begin_all(keys, place >= shard.episodes)
         chunks = []
-        for _ in range(spec.rows_per_episode // steps):
+        for _ in range(rows // steps):
             simulations, chunk = run_chunk(simulations)
-            stored = {field: chunk[field] for field in spec.fields if field in chunk}
+            stored = {field: chunk[field] for field in (*spec.fields, _LIVE) if field in chunk}
             chunks.append(jax.device_get(stored))
             tell(steps)
-        warn_of_overflow(simulations.physics)
-        kept = ~np.asarray(simulations.vacant | simulations.physics.diverged)
+        physics = simulations.world.physics
+        warn_of_overflow(physics)
+        kept = ~np.asarray(simulations.vacant | physics.diverged)
         return Episodes(_episodes(chunks, kept), shard.episodes - int(kept.sum()))
 
     return simulate
+
+
+def most_rows(policy: Policy | type[Policy], rows: int) -> int:
+    """Rows of an episode: the policy's own, where it ends them, or those that are asked for."""
+    return policy.episode_rows or rows
 
 
 def require_room(env: CubeEnv, fields: Iterable[str], rows: int, folder: Path) -> None:
@@ -123,8 +135,9 @@ def _chunk(rows: int) -> int:
 def begin(env: CubeEnv, policy: Policy, key: jax.Array, vacant: jax.Array) -> Simulation:
     """An episode at its start: a random scene, and the policy's first plan for it."""
     scene_key, policy_key, key = jax.random.split(key, 3)
-    physics = env.random_scene(scene_key)
-    return Simulation(key, physics, policy.reset(policy_key, physics), vacant)
+    world = env.begin(scene_key, env.random_scene(scene_key))
+    memory = policy.reset(policy_key, env.perceive(world))
+    return Simulation(key, world, memory, vacant, jnp.zeros((), bool))
 
 
 def run(
@@ -140,26 +153,35 @@ def step(
 ) -> tuple[Simulation, dict[str, jax.Array]]:
     """One control step; also the row of the state and action that it began with, by field."""
     key, act_key, advance_key = jax.random.split(simulation.key, 3)
-    before = simulation.physics
-    action = policy.act(act_key, simulation.policy, before)
-    after = env.simulate(before, action, active=~simulation.vacant)
+    world, memory, over = simulation.world, simulation.policy, simulation.over
+    seen = env.perceive(world)
+    action = policy.act(act_key, memory, seen)
+    after_over = over | policy.finished(memory)
+    after = env.advance(world, action, active=~(simulation.vacant | after_over))
     row = {
-        "observations": env.observe(before),
+        "observations": env.observe(seen),
         "actions": action,
-        "qpos": before.qpos,
-        "qvel": before.qvel,
+        "qpos": world.physics.qpos,
+        "qvel": world.physics.qvel,
+        _LIVE: ~over,
     }
-    policy_state = policy.advance(advance_key, simulation.policy, after)
-    return Simulation(key, after, policy_state, simulation.vacant), row
+    memory = policy.advance(advance_key, memory, env.perceive(after))
+    return Simulation(key, after, memory, simulation.vacant, after_over), row
 
 
 def _episodes(chunks: list[dict[str, np.ndarray]], kept: np.ndarray) -> dict[str, np.ndarray]:
-    """Rows of the kept episodes, one episode after the other."""
-    arrays = {}
-    for field in chunks[0]:
+    """The live rows of the kept episodes, one episode after the other."""
+
+    def by_episode(field: str) -> np.ndarray:
         by_step = np.concatenate([chunk[field] for chunk in chunks])[:, kept]
-        by_episode = np.swapaxes(by_step, 0, 1)
-        arrays[field] = np.ascontiguousarray(by_episode.reshape(-1, by_episode.shape[-1]))
-    rows = sum(len(chunk["actions"]) for chunk in chunks)
-    arrays["terminals"] = np.tile(np.arange(rows) == rows - 1, int(kept.sum()))
+        return np.swapaxes(by_step, 0, 1)
+
+    live = by_episode(_LIVE)
+    arrays = {
+        field: np.ascontiguousarray(by_episode(field)[live])
+        for field in chunks[0]
+        if field != _LIVE
+    }
+    ends = np.cumsum(live.sum(axis=1)) - 1
+    arrays["terminals"] = np.isin(np.arange(live.sum()), ends)
     return arrays

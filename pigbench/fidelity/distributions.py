@@ -122,10 +122,10 @@ def simulate(
     policy: Policy[Any] = lookup("policy", POLICIES, policy_name)(env.scene)
 
     def step(simulation: Simulation) -> tuple[Simulation, Episode]:
-        before, target = simulation.physics, simulation.policy.target
+        before, target = simulation.world.physics, simulation.policy.target
         ended = policy.ended(simulation.policy)
         simulation, row = collect.step(env, policy, simulation)
-        after = cube_poses(env.scene, simulation.physics)[0][target.cube]
+        after = cube_poses(env.scene, simulation.world.physics)[0][target.cube]
         return simulation, Episode(
             cubes=cube_poses(env.scene, before)[0],
             pinch=before.pinch_pos,

@@ -16,6 +16,7 @@ from pigbench.data import collect, dataset, manifest
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.environment import CubeEnv
+from pigbench.envs.observation import cube_poses, metres
 from pigbench.envs.oracles import PlayPolicy, Policy
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import build
@@ -117,3 +118,30 @@ def test_a_killed_generation_is_resumed_to_the_same_bytes(tmp_path):
     assert process.wait() == -signal.SIGKILL, "the generation ended before it could be killed"
     cli.run([*options, "--out", str(cut)])
     assert digests(tmp_path / "whole") == digests(cut)
+
+
+class Looking(PlayPolicy):
+    """Tells where it sees the cube, and ends an episode after 3 rows, or after 6."""
+
+    episode_rows = 6
+
+    def act(self, key, state, physics_state):
+        return jnp.zeros(5).at[:3].set(cube_poses(self.scene, physics_state)[0][0])
+
+    def finished(self, state):
+        return state.time == jnp.where(state.target.yaw < jnp.pi, 2, 5)
+
+
+def test_a_policy_knows_estimates_and_may_end_episodes(tmp_path):
+    env = envs.make("cube-centre")
+    changes = {"environment": "cube-centre", "rows_per_episode": 0}
+    folder = generate(tmp_path / "data", env, Looking(env.scene), **changes)
+    assert not dataset.verify(folder)
+    split = dataset.load(folder).split("train")
+    lengths = np.diff(split.episode_ends, prepend=-1)
+    assert set(lengths) == {3, 6}
+    estimates = metres(split.concatenate("observations")[:, env.layout["cube_0_pos"]])
+    cubes = split.concatenate("qpos")[:, env.scene.cubes_qpos][:, :3]
+    np.testing.assert_allclose(split.concatenate("actions")[:, :3], estimates, atol=1e-6)
+    errors = np.linalg.norm(estimates - cubes, axis=-1)
+    assert 1e-4 < errors.min() < errors.max() < 0.03
