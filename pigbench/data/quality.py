@@ -1,0 +1,123 @@
+"""How good an episode of one cube is, told from what a robot's log has too: its observations."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pigbench.envs.observation import metres
+from pigbench.envs.scene import CONTROL_STEP, CUBE_HALF_SIZE
+from pigbench.errors import UserError
+
+FREE = 0.1
+"""Contact below which the pad feels nothing."""
+LYING = 0.015
+"""Metres that the centre of a cube on the table may seem too high."""
+IN_AIR = 0.03
+"""Metres from the table to a cube that falls, if it is let go."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an episode must be like to be kept."""
+
+    within: float = 0.05
+    """Metres from the goal at which a cube that was brought there lies."""
+    max_jerk: float = 70.0
+    """Root of the mean square of the joints' jerk, rad/s^3."""
+    min_rows: int = 40
+    """Rows of the shortest episode."""
+    max_rows: int = 270
+    """Rows of the longest episode."""
+    max_drops: int = 0
+    """How often the cube may be lost in the air."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An episode's columns; positions in metres."""
+
+    joint_vel: np.ndarray  # (rows, 6) rad/s
+    contact: np.ndarray  # (rows,)
+    cube: np.ndarray  # (rows, 3)
+    goal: np.ndarray  # (3,)
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A number of an episode, whether it is good enough, and what that takes."""
+
+    measure: Callable[[Episode, Limits], float]
+    good: Callable[[float, Limits], bool]
+    limit: Callable[[Limits], str]
+
+
+def closest(episode: Episode, limits: Limits) -> float:
+    """Metres from the goal to where the cube came to lie; infinity if it lay nowhere else.
+
+    So a robot may have brought it to the goal or away from it.
+    """
+    low = episode.cube[:, 2] < CUBE_HALF_SIZE + LYING
+    distance = np.linalg.norm(episode.cube - episode.goal, axis=-1)[low & (episode.contact < FREE)]
+    if not len(distance) or distance.max() <= limits.within:
+        return np.inf
+    return float(distance.min())
+
+
+def jerk(episode: Episode, limits: Limits) -> float:
+    """Root of the mean square of the joints' jerk, rad/s^3."""
+    change = np.diff(episode.joint_vel, n=2, axis=0) / CONTROL_STEP**2
+    return float(np.sqrt(np.mean(change**2))) if len(change) else 0.0
+
+
+def drops(episode: Episode, limits: Limits) -> float:
+    """How often the pad felt the cube, and then nothing with the cube in the air."""
+    felt = episode.contact >= FREE
+    high = episode.cube[1:, 2] > CUBE_HALF_SIZE + IN_AIR
+    return float(np.sum(felt[:-1] & ~felt[1:] & high))
+
+
+CRITERIA: Mapping[str, Criterion] = {
+    "success": Criterion(
+        closest,
+        lambda value, limits: value <= limits.within,
+        lambda limits: f"brought to within {limits.within:g} m of the goal, or away",
+    ),
+    "jerk": Criterion(
+        jerk,
+        lambda value, limits: value <= limits.max_jerk,
+        lambda limits: f"at most {limits.max_jerk:g} rad/s^3",
+    ),
+    "length": Criterion(
+        lambda episode, limits: float(len(episode.cube)),
+        lambda value, limits: limits.min_rows <= value <= limits.max_rows,
+        lambda limits: f"{limits.min_rows:,} to {limits.max_rows:,} rows",
+    ),
+    "drops": Criterion(
+        drops,
+        lambda value, limits: value <= limits.max_drops,
+        lambda limits: f"at most {limits.max_drops}",
+    ),
+}
+"""By name. What is measured of an episode, and what of it is good, follows from the table."""
+
+
+def episode(observations: np.ndarray, layout: Mapping[str, slice], goal: np.ndarray) -> Episode:
+    """An episode's columns, of its observations (rows, o) and the goal (3,). UserError if it has
+    none of them.
+    """
+    needed = ("joint_vel", "gripper_contact", "cube_0_pos")
+    missing = [name for name in needed if name not in layout]
+    if missing:
+        raise UserError(f"observations tell no {', '.join(missing)}, by which episodes are judged")
+    return Episode(
+        joint_vel=observations[:, layout["joint_vel"]],
+        contact=observations[:, layout["gripper_contact"]][:, 0],
+        cube=metres(observations[:, layout["cube_0_pos"]]),
+        goal=goal,
+    )
+
+
+def measure(one: Episode, limits: Limits) -> dict[str, float]:
+    """Each criterion's number of an episode."""
+    return {name: criterion.measure(one, limits) for name, criterion in CRITERIA.items()}
