@@ -1,19 +1,22 @@
 """`pigbench evaluate`: roll out a trained policy on every task."""
 
 import dataclasses
+import math
 from pathlib import Path
 
 import tyro
 
 from pigbench import envs
+from pigbench.envs import CubeEnv
+from pigbench.envs.reality import Reality
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 from pigbench.training import episodes
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
-from pigbench.training.restore import restore
-from pigbench.training.run import Run, read_run
+from pigbench.training.restore import Trained, restore
+from pigbench.training.run import read_run
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,7 +24,8 @@ class Evaluate:
     """Evaluate a run's policy on all tasks of its environment.
 
     The episodes replace those of the same training step in the run's episodes.csv: fewer than those
-    only with --replace.
+    only with --replace. With --noise they go to files of their own, for `pigbench table --show
+    noise`.
     """
 
     run_folder: tyro.conf.Positional[Path]
@@ -36,28 +40,51 @@ class Evaluate:
     """Physics engine."""
     replace: bool = False
     """Replace more episodes by fewer."""
+    noise: tuple[float, ...] = ()
+    """Millimetres: evaluate with each of these as the standard deviation of every coordinate of the
+    cubes' estimated positions, instead of as the environment has it."""
+
+    def __post_init__(self) -> None:
+        for level in self.noise:
+            if not 0 <= level < math.inf:
+                raise UserError(f"noise is {level:g}: it must be 0 mm or more")
 
     def run(self) -> None:
         """Evaluate, record and print the success of each task."""
-        evaluation = Evaluation(self.episodes, self.seed)
         run = read_run(self.run_folder)
         with only_writer(self.run_folder):
-            _, env, agent, state = restore(
-                self.run_folder, engine=self.engine, checkpoint=self.checkpoint
-            )
-            self._check_replaced(run, step=int(state.step), count=self.episodes * env.num_tasks)
-            evaluate = make_evaluator(env, agent, evaluation)
-            with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
-                outcome = evaluate(state.params, progress.reach)
-            rows = as_episodes(outcome, env, evaluation, step=int(state.step))
-            episodes.record(run.episodes_path, rows)
+            trained = restore(self.run_folder, engine=self.engine, checkpoint=self.checkpoint)
+            if not self.noise:
+                self._evaluate(trained, trained.env, run.episodes_path)
+            for level in self.noise:
+                print(f"noise of {level:g} mm")
+                self._evaluate(trained, self._noisy(trained, level), run.noise_path(level))
+
+    def _noisy(self, trained: Trained, level: float) -> CubeEnv:
+        """The run's environment with that noise, millimetres, of the estimated positions."""
+        config, reality = trained.run.config, trained.env.reality or Reality()
+        estimate = dataclasses.replace(reality.estimate, position_noise=level / 1000)
+        return envs.make(
+            config.environment,
+            engine=self.engine,
+            profile=config.physics,
+            reality=dataclasses.replace(reality, estimate=estimate),
+        )
+
+    def _evaluate(self, trained: Trained, env: CubeEnv, path: Path) -> None:
+        evaluation, step = Evaluation(self.episodes, self.seed), int(trained.state.step)
+        self._check_replaced(path, step=step, count=self.episodes * env.num_tasks)
+        evaluate = make_evaluator(env, trained.agent, evaluation)
+        with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
+            outcome = evaluate(trained.state.params, progress.reach)
+        episodes.record(path, as_episodes(outcome, env, evaluation, step=step))
         for task, successes in zip(env.spec.tasks, outcome["success"], strict=True):
             print(f"{task.name:28} {successes.sum():3d} of {self.episodes}")
         print(f"{'all tasks':28} {100 * outcome['success'].mean():.1f} %")
 
-    def _check_replaced(self, run: Run, *, step: int, count: int) -> None:
+    def _check_replaced(self, path: Path, *, step: int, count: int) -> None:
         """Say how many episodes `count` others replace; UserError if they are more, unasked."""
-        recorded = episodes.read(run.episodes_path) if run.episodes_path.exists() else []
+        recorded = episodes.read(path) if path.exists() else []
         seeds = [episode.seed for episode in recorded if episode.step == step]
         if not seeds:
             return

@@ -40,7 +40,8 @@ class Table:
     show: tuple[str, ...] = ("methods", "tasks")
     """Which tables: methods (by environments), tasks (by methods), aggregate (interquartile mean
     over environments), improvement (how probably one method is better than another), milestones
-    (how far episodes came)."""
+    (how far episodes came), thresholds (how near to their targets cubes end, beside the paper's
+    robot), noise (the same by noise of the cubes' estimates)."""
     format: str = "markdown"
     """markdown, latex or csv."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)

@@ -71,6 +71,7 @@ class RunSuite:
             spec.write(self.out / KEPT, suite)
             failed = _generate(suite, self.out)
             failed += _train(suite, self.out, self.jobs, without={name for name, _ in failed})
+            failed += _try_in_noise(suite, self.out, self.jobs)
             print_status(suite, self.out)
             _report(suite, self.out)
         if failed:
@@ -82,7 +83,8 @@ def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
     """The hyper-parameters of each method and variant; UserError for what no command would take."""
     for environment in suite.environments:
         lookup("environment", envs.SPECS, environment.name)
-        cli.parse(jobs.generation(suite, environment, out).arguments)
+        for job in jobs.preparation(suite, environment, out):
+            cli.parse(job.arguments)
     return {
         (cell.method, cell.variant): cli.parse(jobs.training(suite, cell, out).arguments).agent
         for cell in suite.cells()
@@ -126,9 +128,10 @@ def _settings(suite: Suite) -> dict[str, object]:
 def _generate(suite: Suite, out: Path) -> list[tuple[str, int]]:
     """Make the data sets that are missing, one after another: each takes all cores."""
     todo = [
-        jobs.generation(suite, environment, out)
+        job
         for environment in suite.environments
         if not is_complete(jobs.data_folder(environment, out))
+        for job in jobs.preparation(suite, environment, out)
     ]
     if not todo:
         return []
@@ -161,6 +164,28 @@ def _train(suite: Suite, out: Path, workers: int, *, without: set[str]) -> list[
             progress.reach(_done(now), note)
 
         return _run(todo, out, workers=workers, report=tell)
+
+
+def _try_in_noise(suite: Suite, out: Path, workers: int) -> list[tuple[str, int]]:
+    """Evaluate the cells that are done in the noise that they were not tried in yet."""
+    levels = set(suite.evaluation.noise)
+    done = [one.cell for one in status(suite, out) if one.state == DONE]
+    todo = [
+        jobs.noise(suite, cell, out)
+        for cell in done
+        if levels - set(read_run(out / cell.name).noise_paths())
+    ]
+    if not todo:
+        return []
+    with Progress("noise", total=len(todo), unit="cells") as progress:
+        failed = _run(
+            todo,
+            out,
+            workers=workers,
+            report=lambda running: progress.advance(0, _last_said(out, running)),
+        )
+        progress.reach(len(todo))
+    return failed
 
 
 def _run(
@@ -218,11 +243,14 @@ def _report(suite: Suite, out: Path) -> None:
     if not runs:
         return
     results = stats.read_results(read_run(run) for run in runs)
-    several = len({result.run.config.label for result in results}) > 1
+    shown = {
+        "improvement": len({result.run.config.label for result in results}) > 1,
+        "noise": any(result.run.noise_paths() for result in results),
+    }
     made = [
         make(results, order=order())
         for name, make in tables.TABLES.items()
-        if several or name != "improvement"
+        if shown.get(name, True)
     ]
     for style, extension in _FORMATS.items():
         files.write_text(out / f"tables.{extension}", tables.render_all(made, style))

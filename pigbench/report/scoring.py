@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -11,9 +12,14 @@ from pigbench.report import bootstrap, measures, stats
 from pigbench.report.stats import Estimate, Result
 from pigbench.seeds import Seed
 from pigbench.training.episodes import Episode
-from pigbench.training.milestones import MEASURES, Measure
+from pigbench.training.milestones import MEASURES
 
 _AVERAGED = 3
+
+THRESHOLDS = (0.03, 0.05, 0.10)
+"""Metres: the paper's, of its robot."""
+
+Key = TypeVar("Key")
 
 Curve = Mapping[int, Estimate]  # by training step, in order
 Task = tuple[int, str]  # number and name
@@ -51,15 +57,25 @@ class Scoring:
     """What a run gives a number for when environments are pooled: environments or tasks."""
     bootstrap_seed: Seed = 0
     """Seed of the bootstrap, which makes the intervals."""
+    first_episodes: int | None = None
+    """Only so many episodes of each task: the first, as an evaluation of so few would have them."""
 
     def __post_init__(self) -> None:
         lookup("checkpoint", CHECKPOINTS, self.checkpoint)
         lookup("unit", UNITS, self.over)
+        if self.first_episodes is not None and self.first_episodes < 1:
+            raise UserError(f"first_episodes is {self.first_episodes}: it must be at least 1")
 
     @property
     def wording(self) -> str:
-        """The checkpoint, for captions."""
-        return CHECKPOINTS[self.checkpoint].wording
+        """The checkpoint and what of it counts, for captions."""
+        count = self.first_episodes
+        first = "" if count is None else f", {count} episodes of a task"
+        return f"{CHECKPOINTS[self.checkpoint].wording}{first}"
+
+    def counts(self, episode: Episode) -> bool:
+        """Whether an episode is one of those that count."""
+        return self.first_episodes is None or episode.episode < self.first_episodes
 
 
 def success(results: Sequence[Result], scoring: Scoring) -> Estimate:
@@ -77,12 +93,32 @@ def task_success(results: Sequence[Result], scoring: Scoring) -> dict[Task, Esti
 
 def milestones(results: Sequence[Result], scoring: Scoring) -> dict[str, Estimate]:
     """As `success`, for each measure of `MEASURES` that all results have, by its label."""
-    rates = {
-        measure.label: _rates(results, scoring, measure=measure) for measure in MEASURES.values()
-    }
+    return _known(
+        results,
+        scoring,
+        {measure.label: partial(stats.mean, measure=measure) for measure in MEASURES.values()},
+    )
+
+
+def thresholds(results: Sequence[Result], scoring: Scoring) -> dict[float, Estimate]:
+    """As `success`, by how far from their targets, in metres, cubes may be at the end.
+
+    None for results whose episodes tell of no final distance.
+    """
+    scores = {distance: partial(stats.ended_within, distance=distance) for distance in THRESHOLDS}
+    return _known(results, scoring, scores)
+
+
+def _known(
+    results: Sequence[Result],
+    scoring: Scoring,
+    scores: Mapping[Key, Callable[[Sequence[Episode]], float]],
+) -> dict[Key, Estimate]:
+    """Estimates of the scores that all results have."""
+    rates = {key: _rates(results, scoring, score=score) for key, score in scores.items()}
     return {
-        label: _estimate(values, scoring)
-        for label, values in rates.items()
+        key: _estimate(values, scoring)
+        for key, values in rates.items()
         if not np.isnan(values).any()
     }
 
@@ -140,15 +176,20 @@ def _rates(
     results: Sequence[Result],
     scoring: Scoring,
     task: Task | None = None,
-    measure: Measure = MEASURES["success"],
+    score: Callable[[Sequence[Episode]], float] = stats.success_rate,
 ) -> np.ndarray:
-    """The success rate, or another measure's mean, of each result, (runs,), on one task or all."""
+    """The success rate, or another score, of each result, (runs,), on one task or all."""
     steps = _steps(results, scoring)
     rates = [
         [
-            stats.mean(
-                [e for e in result.episodes if e.step == step and task in (None, _task(e))],
-                measure,
+            score(
+                [
+                    episode
+                    for episode in result.episodes
+                    if episode.step == step
+                    and task in (None, _task(episode))
+                    and scoring.counts(episode)
+                ]
             )
             for step in steps
         ]

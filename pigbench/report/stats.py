@@ -75,6 +75,12 @@ def read_results(runs: Iterable[Run]) -> list[Result]:
     return found
 
 
+def noisy(result: Result) -> dict[float, Result]:
+    """The run with the episodes of each noise of the estimates, in millimetres, it was tried in."""
+    found = {level: episodes.read(path) for level, path in result.run.noise_paths().items()}
+    return {level: Result(result.run, own) for level, own in found.items()}
+
+
 def cells(results: Iterable[Result]) -> dict[Cell, list[Result]]:
     """The results of each method and environment, one a seed: all in order, whatever theirs is.
 
@@ -148,6 +154,20 @@ def mean(group: Iterable[Episode], measure: Measure) -> float:
     """The measure's mean over the episodes of which it is known, scaled; of none not a number."""
     known = [e.measures[measure.name] for e in group if measure.name in e.measures]
     return measure.scale * sum(known) / len(known) if known else math.nan
+
+
+def ended_within(group: Iterable[Episode], distance: float) -> float:
+    """The share of episodes, in percent, that end with all cubes so near to their targets, metres.
+
+    A diverged one has no end, and counts as none of them; of old ones, that tell nothing, not a
+    number.
+    """
+    known = [
+        e.measures.get("final_distance", math.inf)
+        for e in group
+        if "final_distance" in e.measures or e.measures.get("diverged", False)
+    ]
+    return 100 * sum(end <= distance for end in known) / len(known) if known else math.nan
 
 
 def estimate(values: Sequence[float] | np.ndarray) -> Estimate:

@@ -2,10 +2,18 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from pigbench.report import comparison, stats
+from pigbench.errors import UserError
+from pigbench.report import comparison, paper, stats
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.formats import Label, Table, render, render_all
-from pigbench.report.scoring import Scoring, differences, milestones, success, task_success
+from pigbench.report.scoring import (
+    Scoring,
+    differences,
+    milestones,
+    success,
+    task_success,
+    thresholds,
+)
 from pigbench.report.stats import Estimate, Result
 from pigbench.training.milestones import MEASURES
 
@@ -16,10 +24,12 @@ __all__ = [
     "improvement_table",
     "method_table",
     "milestone_table",
+    "noise_table",
     "ordered",
     "render",
     "render_all",
     "task_table",
+    "threshold_table",
 ]
 
 DEFAULT = Scoring()
@@ -124,28 +134,110 @@ def milestone_table(
 ) -> Table:
     """Methods of every environment by measures of how far episodes came; ordered as above."""
     cells = stats.cells(results)
-    rows = [
-        (_row_label(environment, method), stats.Cell(method, environment))
-        for environment in ordered({cell.environment for cell in cells}, order)
-        for method in ordered({cell.method for cell in cells}, order)
-        if stats.Cell(method, environment) in cells
-    ]
+    rows = _rows(cells, order)
     return Table(
         caption=(
             f"How far episodes came ({_how(results, scoring)}), mean ± standard deviation over "
             "seeds: percent of episodes unless the column names another unit. Nearest is the least "
             "distance of the pinch point from a cube; within means all cubes from their targets, "
-            "final the farthest; success, within 4 cm, ends an episode. A dash: not recorded"
+            "final the farthest; success, within 4 cm (of cube-centre 3 cm), ends an episode. A "
+            "dash: not recorded"
         ),
         corner=("method", "measure"),
-        rows=[label for label, _ in rows],
+        rows=list(rows),
         columns=[measure.label for measure in MEASURES.values()],
         estimates={
             (label, column): estimate
-            for label, cell in rows
+            for label, cell in rows.items()
             for column, estimate in milestones(cells[cell], scoring).items()
         },
     )
+
+
+def threshold_table(
+    results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
+) -> Table:
+    """Methods of every environment by how near to their targets cubes are at the end.
+
+    Beside them what the paper reports of its robot.
+    """
+    cells = stats.cells(results)
+    rows = _rows(cells, order)
+    ours = {
+        (label, f"{_centimetres(distance)} cm"): estimate
+        for label, cell in rows.items()
+        for distance, estimate in thresholds(cells[cell], scoring).items()
+    }
+    theirs = {
+        (label, f"paper, {_centimetres(distance)} cm"): Estimate(float(percent))
+        for label, cell in rows.items()
+        for distance, percent in paper.ROBOT.get(tuple(cell), {}).items()
+    }
+    estimates = ours | theirs
+    return Table(
+        caption=(
+            f"Episodes in percent ({_how(results, scoring)}) that end with all cubes within so "
+            "many centimetres of their targets, mean ± standard deviation over seeds. An episode "
+            "ends with success, within 4 cm, of cube-centre 3 cm"
+            + ("; the paper's are of its robot, 20 episodes of one seed" if theirs else "")
+        ),
+        corner=("method", "distance"),
+        rows=list(rows),
+        columns=list(dict.fromkeys(column for _, column in estimates)),
+        estimates=estimates,
+    )
+
+
+def noise_table(
+    results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
+) -> Table:
+    """Methods and distances by the noise of the cubes' estimates.
+
+    Raises UserError when there is no noise that all runs of a method were evaluated in.
+    """
+    cells = stats.cells(results)
+    estimates = {
+        (f"{label}, {_centimetres(distance)} cm", level): estimate
+        for label, cell in _rows(cells, order).items()
+        for level, group in _by_noise(cells[cell]).items()
+        for distance, estimate in thresholds(group, scoring).items()
+    }
+    if not estimates:
+        raise UserError("no run was evaluated in other noise; use `pigbench evaluate --noise`")
+    levels = sorted({level for _, level in estimates})
+    return Table(
+        caption=(
+            "Episodes in percent that end with all cubes within so many centimetres of their "
+            "targets, by the standard deviation of each coordinate of a cube's estimate; mean ± "
+            "standard deviation over seeds. Policies are those trained in the environment's own"
+        ),
+        corner=("method, distance", "noise"),
+        rows=list(dict.fromkeys(row for row, _ in estimates)),
+        columns=[f"{level:g} mm" for level in levels],
+        estimates={(row, f"{level:g} mm"): value for (row, level), value in estimates.items()},
+    )
+
+
+def _rows(cells: Iterable[stats.Cell], order: Sequence[str]) -> dict[str, stats.Cell]:
+    """A row for each cell, by label: environments, and methods of each, in order."""
+    cells = set(cells)
+    every = (
+        stats.Cell(method, environment)
+        for environment in ordered({cell.environment for cell in cells}, order)
+        for method in ordered({cell.method for cell in cells}, order)
+    )
+    return {_row_label(cell.environment, cell.method): cell for cell in every if cell in cells}
+
+
+def _by_noise(results: Sequence[Result]) -> dict[float, list[Result]]:
+    """The results in each noise that all of them were evaluated in."""
+    found = [stats.noisy(result) for result in results]
+    shared = set.intersection(*map(set, found))
+    return {level: [one[level] for one in found] for level in sorted(shared)}
+
+
+def _centimetres(distance: float) -> str:
+    return f"{100 * distance:g}"
 
 
 TABLES: Mapping[str, Callable[..., Table]] = {
@@ -154,6 +246,8 @@ TABLES: Mapping[str, Callable[..., Table]] = {
     "aggregate": aggregate_table,
     "improvement": improvement_table,
     "milestones": milestone_table,
+    "thresholds": threshold_table,
+    "noise": noise_table,
 }
 
 

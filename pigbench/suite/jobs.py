@@ -8,8 +8,6 @@ from typing import Any
 
 from pigbench.suite.spec import Cell, Environment, Suite
 
-EPISODE_LENGTH = 1001  # rows: one transition fewer
-
 
 @dataclass(frozen=True)
 class Job:
@@ -20,20 +18,29 @@ class Job:
     arguments: tuple[str, ...]
 
 
-def generation(suite: Suite, environment: Environment, out: Path) -> Job:
-    """The job that makes an environment's data set, or what of it is missing."""
-    data, folder = suite.data, data_folder(environment, out)
+def preparation(suite: Suite, environment: Environment, out: Path) -> tuple[Job, ...]:
+    """The jobs that make an environment's data set, or what of it is missing, one after another."""
+    name, folder = data_job(environment), data_folder(environment, out)
+    if not suite.data.filter:
+        return (_generation(suite, environment, name, folder),)
+    raw = folder.with_name(f"{folder.name}-raw")
+    keep = ("data", "filter", str(raw), "--out", str(folder))
+    return _generation(suite, environment, f"{name}-raw", raw), Job(name, folder, keep)
+
+
+def _generation(suite: Suite, environment: Environment, name: str, folder: Path) -> Job:
+    data = suite.data
     options: dict[str, Any] = {
         "out": folder,
         "policy": data.policy,
         "physics": data.physics,
         "seed": data.seed,
-        "episodes": math.ceil(environment.transitions / (EPISODE_LENGTH - 1)),
-        "episode-length": EPISODE_LENGTH,
+        "episodes": math.ceil(environment.transitions / data.episode_transitions),
+        "episode-length": data.episode_transitions + 1,
     }
     if data.validation_episodes is not None:
         options["validation-episodes"] = data.validation_episodes
-    return Job(data_job(environment), folder, ("generate", environment.name, *_flags(options)))
+    return Job(name, folder, ("generate", environment.name, *_flags(options)))
 
 
 def training(suite: Suite, cell: Cell, out: Path) -> Job:
@@ -52,6 +59,13 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
         "evaluation.episodes": suite.evaluation.episodes,
     } | {f"agent.{name}": value for name, value in suite.overrides(cell).items()}
     return Job(cell.name, folder, ("train", cell.method, *_flags(options)))
+
+
+def noise(suite: Suite, cell: Cell, out: Path) -> Job:
+    """The job that evaluates a trained cell in other noise of its estimates."""
+    folder = out / cell.name
+    options = {"episodes": suite.evaluation.episodes, "noise": suite.evaluation.noise}
+    return Job(f"noise/{cell.name}", folder, ("evaluate", str(folder), *_flags(options)))
 
 
 def data_job(environment: Environment) -> str:

@@ -42,6 +42,8 @@ class Data:
     physics: str = "exact"
     seed: Seed = 0
     validation_episodes: int | None = None
+    episode_transitions: int = 1000  # of an episode, by which the number of episodes is reckoned
+    filter: bool = False  # whether only good episodes are kept, as `pigbench data filter` has it
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 
@@ -52,6 +54,7 @@ class Evaluation:
 
     every: int
     episodes: int = 10
+    noise: tuple[float, ...] = ()  # millimetres, in which trained policies are evaluated too
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 

@@ -5,6 +5,7 @@ provenance.json   what it was made with: versions, commit, machine, data set; an
 statistics.json   mean and deviation of the data's observations, which standardising needs
 metrics.jsonl     training metrics (`pigbench.training.metrics`), and tensorboard/ with the same
 episodes.csv      every evaluation episode (`pigbench.training.episodes`)
+noise/            the same with other noise of the cubes' estimates: 5.csv is of 5 mm
 checkpoints/      training states
 """
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:  # tables read runs, and do without agents and JAX
 CONFIG_FILE = "config.json"
 PROVENANCE_FILE = "provenance.json"
 STATISTICS_FILE = "statistics.json"
+NOISE = "noise"
 
 _BEFORE: Mapping[str, Any] = {"goals": "state", "standardize": False}
 """What fields of an agent's configuration were before they existed, where that may not be the
@@ -81,6 +83,15 @@ class Run:
     def episodes_path(self) -> Path:
         """The file of evaluation episodes."""
         return self.path / "episodes.csv"
+
+    def noise_path(self, millimetres: float) -> Path:
+        """The file of episodes in which the estimates of cubes have that noise."""
+        return self.path / NOISE / f"{millimetres:g}.csv"
+
+    def noise_paths(self) -> dict[float, Path]:
+        """The files of such episodes that there are, by millimetres."""
+        found = (self.path / NOISE).glob("*.csv")
+        return dict(sorted((float(path.stem), path) for path in found))
 
     @property
     def checkpoints_path(self) -> Path:

@@ -103,6 +103,21 @@ def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path, capsys):
     assert {row.seed for row in last_rows(copy).values()} == {3}
 
 
+def test_a_policy_can_be_tried_in_noise(run, tmp_path, capsys):
+    copy = tmp_path / "run"
+    shutil.copytree(run, copy)
+    before = (copy / "episodes.csv").read_bytes()
+    cli.run(["evaluate", str(copy), "--episodes", "1", "--noise", "20"])
+    assert (copy / "episodes.csv").read_bytes() == before
+    noisy = episodes.read(copy / "noise" / "20.csv")
+    assert [row.task for row in noisy] == [1, 2, 3, 4, 5]
+    assert noisy != [row for row in episodes.read(copy / "episodes.csv") if row.step == 4]
+    cli.run(["table", str(copy), "--show", "noise"])
+    assert "20 mm" in capsys.readouterr().out
+    with pytest.raises(UserError, match="noise is -1: it must be 0 mm or more"):
+        cli.run(["evaluate", str(copy), "--noise", "-1"])
+
+
 def test_a_policy_can_be_held_against_ogbench(run, tmp_path, capsys):
     file = tmp_path / "pairs.json"
     cli.run(["parity", "policy", str(run), "--episodes", "1", "--json", str(file)])

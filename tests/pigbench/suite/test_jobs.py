@@ -8,11 +8,31 @@ OUT = Path("out")
 
 def test_data_is_generated_in_whole_episodes(suite):
     single, double = suite.environments
-    command = cli.parse(jobs.generation(suite, single, OUT).arguments)
+    (job,) = jobs.preparation(suite, single, OUT)
+    command = cli.parse(job.arguments)
     assert (command.environment, command.out) == ("cube-single", OUT / "data/cube-single")
     assert (command.episodes, command.validation_episodes) == (2, 2)  # 1,000 transitions each
-    command = cli.parse(jobs.generation(suite, double, OUT).arguments)
+    (job,) = jobs.preparation(suite, double, OUT)
+    command = cli.parse(job.arguments)
     assert (command.out, command.episodes) == (Path("elsewhere/double"), 100)
+
+
+def test_data_is_filtered_if_the_suite_says_so():
+    suite = spec.read(Path("real-robot"))
+    collect, keep = jobs.preparation(suite, suite.environments[0], OUT)
+    command = cli.parse(collect.arguments)
+    assert (command.policy, command.episodes, command.out) == ("replan", 371, collect.folder)
+    command = cli.parse(keep.arguments)
+    assert (command.folder, command.out) == (collect.folder, OUT / "data/cube-centre")
+    assert collect.name != keep.name == jobs.data_job(suite.environments[0])
+
+
+def test_trained_cells_are_tried_in_noise():
+    suite = spec.read(Path("real-robot"))
+    job = jobs.noise(suite, suite.cells()[0], OUT)
+    command = cli.parse(job.arguments)
+    assert command.run_folder == OUT / "cube-centre/gcivl/0"
+    assert (command.noise, command.episodes) == ((0, 5, 10, 20), 50)
 
 
 def test_a_cell_is_trained_as_the_suite_says(suite):

@@ -1,0 +1,107 @@
+"""Success by final distance, beside the paper's, and by noise."""
+
+import pytest
+
+from pigbench.errors import UserError
+from pigbench.report import paper, stats, tables
+from pigbench.report.scoring import Scoring
+from pigbench.training import episodes
+from pigbench.training.episodes import Episode
+
+
+def ended(*distances: float | None, step: int = 1) -> list[Episode]:
+    """Episodes that ended so far from the goal, in metres; None is one that diverged."""
+    return [
+        Episode(step, 1, "task1", number, 7, {"success": False, **_end(distance)})
+        for number, distance in enumerate(distances)
+    ]
+
+
+def _end(distance: float | None) -> dict:
+    return {"diverged": True} if distance is None else {"final_distance": distance}
+
+
+@pytest.fixture
+def make_ended(tmp_path, make_run):
+    """`make_ended(method, [distances of a seed, ...])`: runs of cube-centre."""
+
+    def make(method: str, *seeds: list, **changes) -> list[stats.Result]:
+        settings = {"method": method, "environment": "cube-centre", **changes}
+        runs = [
+            make_run(tmp_path / f"{method}-{seed}", {}, seed=seed, **settings)
+            for seed in range(len(seeds))
+        ]
+        for run, distances in zip(runs, seeds, strict=True):
+            episodes.record(run.episodes_path, ended(*distances))
+        return stats.read_results(runs)
+
+    return make
+
+
+def values(table, row: str) -> dict[str, float]:
+    return {
+        column: round(table.estimates[row, column].value, 1)
+        for column in table.columns
+        if (row, column) in table.estimates
+    }
+
+
+def test_final_distances_are_held_against_three_thresholds(make_ended):
+    results = make_ended("gcivl", [0.01, 0.03, 0.0301, None], [0.04, 0.05, 0.1, 0.2])
+    table = tables.threshold_table(results)
+    ours = {"3 cm": 25.0, "5 cm": 62.5, "10 cm": 75.0}
+    theirs = {"paper, 3 cm": 25.0, "paper, 5 cm": 40.0, "paper, 10 cm": 45.0}
+    assert values(table, "cube-centre gcivl") == ours | theirs
+    assert table.columns == [*ours, *theirs]
+    assert table.estimates["cube-centre gcivl", "3 cm"].deviation == pytest.approx(35.36, abs=0.01)
+    assert "20 episodes of one seed" in table.caption
+
+
+def test_other_environments_have_no_number_of_the_papers(make_ended):
+    results = make_ended("gcivl", [0.01, 0.06], environment="cube-single")
+    table = tables.threshold_table(results)
+    assert values(table, "cube-single gcivl") == {"3 cm": 50.0, "5 cm": 50.0, "10 cm": 100.0}
+    assert "paper" not in tables.render(table, "csv")
+
+
+def test_the_papers_protocol_is_the_first_episodes(make_ended):
+    results = make_ended("hjb-gcivl", [0.01] * 20 + [0.2] * 30)
+    scoring = Scoring(first_episodes=20)
+    table = tables.threshold_table(results, scoring=scoring)
+    assert values(table, "cube-centre hjb-gcivl")["3 cm"] == 100.0
+    assert "20 episodes of a task" in table.caption
+    assert values(tables.threshold_table(results), "cube-centre hjb-gcivl")["3 cm"] == 40.0
+    with pytest.raises(UserError, match="first_episodes is 0"):
+        Scoring(first_episodes=0)
+
+
+def test_the_papers_numbers_never_fall_with_distance():
+    for numbers in paper.ROBOT.values():
+        assert list(numbers) == [0.03, 0.05, 0.10]
+        assert sorted(numbers.values()) == list(numbers.values())
+
+
+def test_success_by_noise(make_ended):
+    results = make_ended("gcivl", [0.01], [0.01]) + make_ended("hjb-gcivl", [0.01])
+    first, second, other = (result.run for result in results)
+    for run, level, distances in [
+        (first, 0, [0.01, 0.04]),
+        (second, 0, [0.04, 0.2]),
+        (first, 20, [0.2, 0.2]),
+        (second, 20, [0.2, 0.09]),
+        (first, 2.5, [0.01]),  # not of both seeds
+        (other, 20, [0.02, 0.02]),
+    ]:
+        run.noise_path(level).parent.mkdir(exist_ok=True)
+        episodes.record(run.noise_path(level), ended(*distances))
+    table = tables.noise_table(results, order=["gcivl", "hjb-gcivl"])
+    assert table.columns == ["0 mm", "20 mm"]
+    assert values(table, "cube-centre gcivl, 3 cm") == {"0 mm": 25.0, "20 mm": 0.0}
+    assert values(table, "cube-centre gcivl, 5 cm") == {"0 mm": 75.0, "20 mm": 0.0}
+    assert values(table, "cube-centre gcivl, 10 cm") == {"0 mm": 75.0, "20 mm": 25.0}
+    assert values(table, "cube-centre hjb-gcivl, 3 cm") == {"20 mm": 100.0}
+
+
+def test_without_noise_there_is_no_such_table(make_ended):
+    with pytest.raises(UserError, match="pigbench evaluate --noise"):
+        tables.noise_table(make_ended("gcivl", [0.01]))
