@@ -14,10 +14,13 @@ import jax.numpy as jnp
 from pigbench.agents import losses
 from pigbench.agents.agent import Agent, Config, Metrics, Params
 from pigbench.agents.networks import Policy
+from pigbench.agents.representations import GOALS
 
 
 class PolicyAgent(Agent[Config]):
     """An agent that acts by the mean of one policy, whose parameters are named "policy"."""
+
+    goals = tuple(GOALS)
 
     @cached_property
     def policy(self) -> Policy:

@@ -64,6 +64,9 @@ class Agent(abc.ABC, Generic[Config]):
     target_networks: tuple[str, ...] = ()
     """The networks that have a slowly averaged copy, given to `loss` as `target_params`."""
 
+    goals: tuple[str, ...] = ("state",)
+    """What its networks can be told of a goal, of `GOALS`: others than states need `as_goals`."""
+
     def __init__(
         self,
         config: Config,
@@ -80,6 +83,11 @@ class Agent(abc.ABC, Generic[Config]):
         self.layout = layout
         self.statistics = statistics
         self.units = units
+        if config.goals not in self.goals:
+            raise UserError(
+                f"goals is {config.goals!r}: {type(self).__name__} knows {', '.join(self.goals)} "
+                "alone (an agent whose loss and act pass goals to as_goals names others in `goals`)"
+            )
         self._represent_goals = None  # as they are, whatever the layout names
         if config.goals != "state":
             self._represent_goals = Representation(config.goals, layout, table=GOALS)
@@ -96,6 +104,15 @@ class Agent(abc.ABC, Generic[Config]):
     def direction(self, name: str) -> Direction:
         """The direction of motion of that name in this agent's coordinates."""
         return directions.make(name, Coordinates(self.layout, self.statistics, self.units))
+
+    @property
+    def motion_in(self) -> str:
+        """What motion is measured in where a residual looks along it, of `DIRECTIONS`."""
+        return "own"
+
+    def motion(self, states: jax.Array, next_states: jax.Array, *, epsilon: float) -> jax.Array:
+        """u of a step, in observations, as this agent's residuals take it: (B, o) to (B, o)."""
+        return self.direction(self.motion_in)(states, next_states, epsilon=epsilon)
 
     @property
     def sampling(self) -> Sampling:

@@ -5,7 +5,7 @@ measured, is a choice: joint velocities, for one, make most of a squared displac
 """
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import jax
 import numpy as np
@@ -13,6 +13,16 @@ import numpy as np
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.statistics import Statistics, require
 from pigbench.errors import lookup
+
+
+class Motion(Protocol):
+    """Which way states move."""
+
+    def __call__(
+        self, states: jax.Array, next_states: jax.Array, /, *, epsilon: float
+    ) -> jax.Array:
+        """u, 0 where nothing moves: (B, n) and (B, n) to (B, n)."""
+        ...
 
 
 class Direction(NamedTuple):

@@ -48,6 +48,11 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
     target_networks = ("value",)
     members = 2
 
+    @property
+    def motion_in(self) -> str:
+        """The regulariser's."""
+        return self.config.regularizer.direction
+
     @cached_property
     def value(self) -> Value:
         """The network of one member."""
@@ -90,7 +95,7 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
 
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
-        direction = self.direction(config.regularizer.direction)
+        direction = self.direction(self.motion_in)
         step_value = self._step_value  # residuals are of a cost of 1 a step
         goals = self.as_goals(batch.value_goals)
 

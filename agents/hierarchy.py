@@ -18,7 +18,7 @@ from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, Subgoa
 from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig, require
 from pigbench.agents.flow import FlowPolicy, best_of
 from pigbench.agents.gcivl import GCIVLConfig
-from pigbench.agents.representations import REPRESENTATIONS, Representation
+from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
 from pigbench.agents.statistics import Statistics
 from pigbench.agents.statistics import require as require_statistics
@@ -70,6 +70,8 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
 
     Names of networks and of metrics start with "high_" or "low_".
     """
+
+    goals = tuple(GOALS)
 
     def __init__(
         self,
@@ -185,6 +187,16 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         """The low level's, of what it sees of both states."""
         _, low = _levels(params)
         return self.low.state_values(low, self.represent(observations), self.represent(goals))
+
+    @property
+    def motion_in(self) -> str:
+        """The low level's."""
+        return self.low.motion_in
+
+    def motion(self, states: jax.Array, next_states: jax.Array, *, epsilon: float) -> jax.Array:
+        """The low level's."""
+        x, next_x = self.represent(states), self.represent(next_states)
+        return self.represent.lift(self.low.motion(x, next_x, epsilon=epsilon), like=states)
 
     def _high_loss(
         self,

@@ -20,6 +20,7 @@ from pigbench.agents.batch import Batch, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import AgentConfig, require
 from pigbench.agents.networks import MLP, Policy, Value, apply_ensemble, init_ensemble
 from pigbench.agents.norms import safe_norm
+from pigbench.agents.representations import GOALS
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,8 @@ class HIQL(Agent[HIQLConfig]):
 
     phi has no target copy, and is trained by the value loss alone.
     """
+
+    goals = tuple(GOALS)
 
     target_networks = ("value",)
     members = 2

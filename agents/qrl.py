@@ -62,6 +62,11 @@ class QRL(PolicyAgent[QRLConfig]):
     DDPG+BC climbs -d by way of a model of the dynamics on d's embedding; AWR needs none.
     """
 
+    @property
+    def motion_in(self) -> str:
+        """The constraint's."""
+        return self.config.constraint.direction
+
     @cached_property
     def quasimetric(self) -> Quasimetric:
         """The network of d."""
@@ -122,7 +127,7 @@ class QRL(PolicyAgent[QRLConfig]):
             batch.observations,
             batch.next_observations,
             step_distances,
-            self.direction(config.constraint.direction),
+            self.direction(self.motion_in),
         ).mean()
         push = losses.push_apart(distances, offset=config.push_offset, beta=config.push_beta).mean()
         loss = push + losses.lagrangian(

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from pigbench.agents.config import require
-from pigbench.agents.directions import DIRECTIONS, Direction
+from pigbench.agents.directions import DIRECTIONS, Direction, Motion
 from pigbench.agents.norms import safe_norm
 from pigbench.errors import lookup
 
@@ -49,7 +49,7 @@ def hjb_residual(
     next_states: jax.Array,
     *,
     epsilon: float,
-    direction: Direction = OWN,
+    direction: Motion = OWN,
 ) -> ValuesAndResiduals:
     """(grad_s d . u + 1)^2 with d = -V, Eq. ca_hjb.
 

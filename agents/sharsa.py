@@ -15,6 +15,7 @@ from pigbench.agents.agent import Agent, Metrics, Params, combine
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig, require
 from pigbench.agents.flow import FlowPolicy, best_of
+from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
 
 
@@ -32,6 +33,8 @@ class FlowCloneConfig(AgentConfig):
 
 class FlowClone(Agent[FlowCloneConfig]):
     """A flow of the data's actions given state and goal, best of several by a SARSA critic."""
+
+    goals = tuple(GOALS)
 
     def __init__(self, config: FlowCloneConfig, **space: Any) -> None:
         super().__init__(config, **space)

@@ -24,7 +24,8 @@ _CONSTANTS = Regularizer()
 class Residuals(NamedTuple):
     """Numbers of N transitions, each (N,).
 
-    eikonal and hjb are the residuals of Eqs. Eik_reg and ca_hjb, gradient is the gradient's norm
+    eikonal and hjb are the residuals of Eqs. Eik_reg and ca_hjb, the latter along the motion that
+    the agent's own training looks along, gradient is the gradient's norm
     in the state, and robot and object are the shares of its square along their coordinates (NaN
     where the gradient is zero).
     """
@@ -64,7 +65,9 @@ def _measure_batch(
 
     states, next_states = batch.observations, batch.next_observations
     _, eikonal = eikonal_residual(value, states, speed=_CONSTANTS.speed)
-    _, hjb = hjb_residual(value, states, next_states, epsilon=_CONSTANTS.epsilon)
+    _, hjb = hjb_residual(
+        value, states, next_states, epsilon=_CONSTANTS.epsilon, direction=agent.motion
+    )
     gradients = jax.grad(lambda states: value(states).sum())(states)
     squares = gradients**2 / jnp.sum(gradients**2, axis=-1, keepdims=True)
     shares = {

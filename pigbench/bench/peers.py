@@ -9,11 +9,10 @@ import numpy as np
 from pigbench import agents
 from pigbench.bench.timing import Contender
 from pigbench.bench.training import standard
+from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.envs import CubeEnv
 from pigbench.fidelity import peer
 from pigbench.training.restore import agent_for
-
-_EPISODE_LENGTH = 1001
 
 
 def generation(environment: str) -> Contender:
@@ -22,7 +21,7 @@ def generation(environment: str) -> Contender:
     return _contender(
         step
         for seed in itertools.count()
-        for step in itertools.islice(peer.episode(env, "play", seed=seed), _EPISODE_LENGTH)
+        for step in itertools.islice(peer.episode(env, "play", seed=seed), EPISODE_ROWS)
     )
 
 

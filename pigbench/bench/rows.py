@@ -17,6 +17,7 @@ from pigbench import agents, envs
 from pigbench.agents import Statistics
 from pigbench.bench.timing import Contender
 from pigbench.data import collect, dataset, homes
+from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.homes import Home
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
@@ -30,7 +31,6 @@ from pigbench.training.restore import agent_for
 from pigbench.training.train import make_updates
 
 _METHOD, _PRESET = "gcivl", "cpu"
-_EPISODE_LENGTH = 1001
 _EPISODES_PER_SHARD, _SIMULATED = 50, 5  # a shard holds the simulated episodes several times
 
 
@@ -117,7 +117,7 @@ def throw_away(environment: str, transitions: int, folder: Path | None) -> Itera
 
 def _write(environment: str, transitions: int, folder: Path) -> None:
     env = envs.make(environment)
-    episodes = -(-transitions // (_EPISODE_LENGTH - 1))
+    episodes = -(-transitions // (EPISODE_ROWS - 1))
     spec = Spec(
         environment=environment,
         policy="play",
@@ -126,14 +126,14 @@ def _write(environment: str, transitions: int, folder: Path) -> None:
         seed=0,
         episodes={"train": episodes},
         episodes_per_shard=_SIMULATED,
-        rows_per_episode=_EPISODE_LENGTH,
+        rows_per_episode=EPISODE_ROWS,
         fields=collect.COMPACT,
         layout=dataset.sizes(env.layout),
         action_size=env.action_size,
         versions=package_versions(),
     )
     simulate = collect.simulator(env, POLICIES["play"](env.scene), spec)
-    with Progress("simulating", total=_EPISODE_LENGTH, unit="control steps") as progress:
+    with Progress("simulating", total=EPISODE_ROWS, unit="control steps") as progress:
         simulated = simulate(Shard("", "train", 0, _SIMULATED), progress.advance).arrays
     arrays = {
         field: np.concatenate([array] * (_EPISODES_PER_SHARD // _SIMULATED))
@@ -142,9 +142,9 @@ def _write(environment: str, transitions: int, folder: Path) -> None:
     spec = dataclasses.replace(spec, episodes_per_shard=_EPISODES_PER_SHARD)
     writer = Writer(folder, spec)
     missing = writer.missing()
-    collect.require_room(env, spec.fields, episodes * _EPISODE_LENGTH, folder)
+    collect.require_room(env, spec.fields, episodes * EPISODE_ROWS, folder)
     with Progress("writing", total=len(missing), unit="shards") as progress:
         for part in missing:
-            rows = part.episodes * _EPISODE_LENGTH
+            rows = part.episodes * EPISODE_ROWS
             writer.write(part, {field: array[:rows] for field, array in arrays.items()})
             progress.advance(1)

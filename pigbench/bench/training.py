@@ -8,13 +8,14 @@ import numpy as np
 from pigbench import agents, envs
 from pigbench.agents import AgentConfig, Statistics
 from pigbench.bench.timing import Contender
+from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.sampler import Rows
 from pigbench.envs import CubeEnv
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import agent_for
 from pigbench.training.train import join, make_updates
 
-_EPISODES, _EPISODE_LENGTH = 20, 1001
+_EPISODES = 20
 
 
 def contenders(environment: str, methods: Iterable[str], preset: str) -> list[Contender]:
@@ -53,9 +54,9 @@ def standard(env: CubeEnv) -> Statistics:
 def noise(env: CubeEnv) -> Rows:
     """Rows as an environment's data set has them. Their values do not matter to the time."""
     draws = np.random.default_rng(0)
-    count = _EPISODES * _EPISODE_LENGTH
+    count = _EPISODES * EPISODE_ROWS
     return Rows.create(
         draws.standard_normal((count, env.observation_size), np.float32),
         draws.uniform(-1, 1, (count, env.action_size)).astype(np.float32),
-        np.arange(1, count + 1) % _EPISODE_LENGTH == 0,
+        np.arange(1, count + 1) % EPISODE_ROWS == 0,
     )

@@ -30,7 +30,8 @@ HEADER = (
 _SCALES = 1, 1, 1, 100, 100
 CAPTION = (
     "Medians over transitions of the data, except the share of each mode. The gradient is that of "
-    "the value in the state; along robot and object are the shares of its square."
+    "the value in the state; along robot and object are the shares of its square. The HJB residual "
+    "looks along motion as the run's training does (direction {direction!r})."
 )
 
 
@@ -67,7 +68,8 @@ class Analyze:
             modes, residuals = measure(
                 agent, state.params, rows, samples=self.samples, seed=self.seed
             )
-            table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{CAPTION}\n"
+            caption = CAPTION.format(direction=agent.motion_in)
+            table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{caption}\n"
             print(table)
             files.write_text(out / "residuals.md", table)
             title = f"{run.config.label} on {run.config.environment}, step {int(state.step):,}"

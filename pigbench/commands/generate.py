@@ -11,6 +11,7 @@ import tyro
 from pigbench import envs
 from pigbench.data import collect
 from pigbench.data.dataset import sizes
+from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import POLICIES
@@ -47,7 +48,7 @@ class Generate:
     """Episodes of the validation split; a tenth of the training split by default."""
     seed: Seed = 0
     """Seed of every random number."""
-    episode_length: int = 1001
+    episode_length: int = EPISODE_ROWS
     """Rows of an episode; replan ends its own, after 301 at most."""
     compact: bool = False
     """Leave out qpos and qvel, which no method trains on: half the bytes."""

@@ -13,7 +13,8 @@ def _environments() -> list[tuple[str, str]]:
     return [
         (
             name,
-            f"{spec.num_cubes} cubes, {len(spec.tasks)} tasks, {spec.episode_length} steps",
+            f"{spec.num_cubes} cube{'s' * (spec.num_cubes > 1)}, {len(spec.tasks)} tasks, "
+            f"{spec.episode_length} steps",
         )
         for name, spec in envs.SPECS.items()
     ]

@@ -15,6 +15,7 @@ from pigbench import agents, envs, names
 from pigbench.agents import AgentConfig, Statistics
 from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
+from pigbench.data.defaults import HomeChoice
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
 from pigbench.support import files
@@ -22,8 +23,8 @@ from pigbench.support.lock import only_writer
 from pigbench.training.evaluate import Evaluation
 from pigbench.training.provenance import provenance
 from pigbench.training.restore import agent_for
-from pigbench.training.run import RunConfig, open_run
-from pigbench.training.train import Keep, Schedule, train
+from pigbench.training.run import Keep, RunConfig, open_run
+from pigbench.training.train import Schedule, train
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,7 +67,7 @@ class Train:
     """How the policy is evaluated."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine of the evaluation."""
-    rows: homes.Choice = "auto"
+    rows: HomeChoice = "auto"
     """Where the data's rows are kept: device, disk, or auto for the device where they fit."""
 
     def __post_init__(self) -> None:

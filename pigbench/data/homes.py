@@ -1,17 +1,15 @@
 """Where a data set's rows live while methods train on it: on the device, or still on the disk."""
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import jax
 
 from pigbench.data import shard
 from pigbench.data.dataset import Split
+from pigbench.data.defaults import HomeChoice
 from pigbench.data.sampler import Rows
 from pigbench.support import memory
-
-Choice = Literal["auto", "device", "disk"]
-"""The home to take; "auto" is the device where the rows leave it room to work."""
 
 _HOMES: dict[str, Callable[[Split], Rows]] = {"device": Rows.from_split, "disk": Rows.on_disk}
 _GB = 1e9
@@ -27,7 +25,7 @@ class Home(NamedTuple):
         return f"rows on {self.name} ({self.reason})"
 
 
-def choose(asked: Choice, split: Split) -> Home:
+def choose(asked: HomeChoice, split: Split) -> Home:
     """The home that is asked for, or that the size of a split suggests."""
     if asked != "auto":
         return Home(asked, "as asked")

@@ -15,7 +15,7 @@ from pigbench.envs.observation import metres
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
-from pigbench.errors import UserError
+from pigbench.errors import UserError, lookup
 
 RENDER_MODE = "rgb_array"
 METADATA = {"render_modes": [RENDER_MODE], "render_fps": round(1 / CONTROL_STEP)}
@@ -43,6 +43,7 @@ class Simulation:
     ) -> None:
         if render_mode not in (None, RENDER_MODE):
             raise UserError(f"render_mode is {render_mode!r}: it must be None or {RENDER_MODE!r}")
+        lookup("goals", GOALS, goals)
         self.env = envs.make(name, engine=engine, profile=profile)
         self.represent = Representation(goals, self.env.layout, table=GOALS)
         self.observation_space = spaces.Box(

@@ -6,15 +6,17 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import pydantic
 
 from pigbench import names
+from pigbench.data.defaults import HomeChoice
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.compare import flatten
+from pigbench.training.run import Keep
 
 READY = Path(__file__).parent / "ready"
 """The folder of suites that come with the package."""
@@ -68,8 +70,8 @@ class Suite:
     seeds: tuple[Seed, ...]
     evaluation: Evaluation
     preset: str = "paper"
-    rows: Literal["auto", "device", "disk"] = "auto"  # where trainings keep the data's rows
-    keep: Literal["last", "best", "all"] = "last"  # checkpoints of trainings that stay
+    rows: HomeChoice = "auto"  # where trainings keep the data's rows
+    keep: Keep = "last"  # checkpoints of trainings that stay
     data: Data = field(default_factory=Data)
     agent: Mapping[str, Any] = field(default_factory=dict)
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: {"": {}})

@@ -12,7 +12,7 @@ checkpoints/      training states
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -27,6 +27,9 @@ CONFIG_FILE = "config.json"
 PROVENANCE_FILE = "provenance.json"
 STATISTICS_FILE = "statistics.json"
 NOISE = "noise"
+
+Keep = Literal["last", "best", "all"]
+"""Which checkpoints stay: the last two, and that of the best evaluation, or all."""
 
 _BEFORE: Mapping[str, Any] = {"goals": "state", "standardize": False}
 """What fields of an agent's configuration were before they existed, where that may not be the

@@ -8,7 +8,7 @@ import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -25,16 +25,13 @@ from pigbench.training.checkpoints import Checkpoints, Kept, common_step, last_t
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.milestones import BRIEF
-from pigbench.training.run import Run
+from pigbench.training.run import Keep, Run
 
 Tree = TypeVar("Tree")
 
 Updates = Callable[[Sequence[TrainState], int, int], tuple[list[TrainState], list[Metrics]]]
 """States and the steps from and up to which they are updated: the states after, and means."""
 
-
-Keep = Literal["last", "best", "all"]
-"""Which checkpoints of a run stay: the last two, and that of its best evaluation, or all."""
 
 _KEPT: Mapping[Keep, Callable[[Run], Kept]] = {
     "last": lambda run: last_two,

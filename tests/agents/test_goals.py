@@ -115,3 +115,13 @@ def test_a_tasks_goal_is_that_of_ogbenchs_environment():
         np.testing.assert_allclose(info["goal"], position, atol=1e-3)
         ours = represent(reset(jax.random.key(0), number).info["goal"])
         np.testing.assert_allclose(ours, info["goal"], atol=1e-3)
+
+
+def test_an_agent_that_does_not_know_other_goals_refuses_them():
+    class StatesAlone(agents.Agent):
+        init = loss = act = None
+
+    space = {"observation_size": 1, "action_size": 1, "layout": {"cube_0_pos": slice(0, 1)}}
+    StatesAlone(agents.AgentConfig(), **space)
+    with pytest.raises(UserError, match="goals is 'cubes': StatesAlone knows state alone"):
+        StatesAlone(agents.AgentConfig(goals="cubes"), **space)

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from pigbench import agents
-from pigbench.agents import FlowCloneConfig, FlowHierarchyConfig, GCIVLConfig
+from pigbench.agents import (
+    FlowCloneConfig,
+    FlowHierarchyConfig,
+    GCIVLConfig,
+    Regularizer,
+    Statistics,
+)
 from pigbench.errors import UserError
 
 SMALL = {"actor_hidden_sizes": (16,), "value_hidden_sizes": (16,)}
@@ -221,3 +227,25 @@ def test_a_setting_without_effect_is_refused():
 def test_a_value_out_of_range_is_named(field, value, message):
     with pytest.raises(UserError, match=message):
         dataclasses.replace(FlowHierarchyConfig(low=FlowCloneConfig()), **{field: value})
+
+
+@pytest.mark.parametrize("direction", ["own", "raw"])
+def test_motion_is_that_of_the_low_level_in_its_own_coordinates(direction, batch):
+    """Of the three that it sees, standardised: dx over its length, or over that of ds."""
+    deviation = np.array([1.0, 2.0, 4.0, 8.0], np.float32)
+    low = GCIVLConfig(**SMALL, regularizer=Regularizer("hjb", direction=direction))
+    hierarchy = agents.build(
+        "h-flow-gcivl",
+        FlowHierarchyConfig(low=low, **SMALL),
+        observation_size=4,
+        action_size=2,
+        layout={"joint_pos": slice(0, 3), "cube_0_pos": slice(3, 4)},
+        statistics=Statistics(np.zeros(4, np.float32), deviation),
+    )
+    moves = (batch.next_observations - batch.observations)[:, :3]
+    measured = moves / deviation[:3] if direction == "own" else moves
+    expected = moves / np.linalg.norm(measured, axis=1, keepdims=True)
+    motion = hierarchy.motion(batch.observations, batch.next_observations, epsilon=1e-9)
+    assert hierarchy.motion_in == direction
+    np.testing.assert_allclose(motion[:, :3], expected, rtol=1e-4)
+    np.testing.assert_array_equal(motion[:, 3], 0)

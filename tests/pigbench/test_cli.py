@@ -52,7 +52,10 @@ def run(data, tmp_path_factory) -> Path:
 def test_lists_name_environments_and_methods(capsys):
     cli.run(["list", "envs"])
     cli.run(["list", "methods"])
-    names = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
+    printed = capsys.readouterr().out
+    assert "1 cube, 5 tasks" in printed
+    assert "2 cubes, 5 tasks" in printed
+    names = {line.split()[0] for line in printed.splitlines()}
     assert {"cube-single", "cube-octuple", "gcivl", "eik-gcivl", "hjb-gcivl"} <= names
 
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from pigbench.agents import GoalMixture, Sampling
+from pigbench.agents.directions import Direction
+from pigbench.agents.regularizers import OWN
 from pigbench.analysis.residuals import by_mode, measure
 from pigbench.data.sampler import Rows
 
@@ -25,6 +27,9 @@ class Linear:
         actor_goals=GoalMixture(0.0, 1.0, 0.0, geometric=False),
         discount=0.9,
     )
+
+    def __init__(self, direction=OWN):
+        self.motion = direction
 
     def state_values(self, params, observations, goals):
         return (observations - goals) @ params
@@ -51,6 +56,13 @@ def test_residuals_of_a_linear_value(rows):
     np.testing.assert_allclose(residuals.object, 16 / 25, rtol=1e-6)
     # Robot and cube both move by 0.5 in y: u = (0, 1, 0, 0, 0, 1, 0) / sqrt(2), slope 3 / sqrt(2).
     np.testing.assert_allclose(residuals.hjb, (1 - 3 / np.sqrt(2)) ** 2, rtol=1e-4)
+
+
+def test_motion_is_measured_in_what_the_agent_measures_it_in(rows):
+    """Only the robot counts: u = (0, 1, 0, ...), slope 3."""
+    robot = Direction(moving=np.array([1, 1, 1, 0, 0, 0, 0]))
+    _, residuals = measure(Linear(robot), SLOPES, rows, samples=300, seed=0)
+    np.testing.assert_allclose(residuals.hjb, (1 - 3) ** 2, rtol=1e-4)
 
 
 def test_a_value_that_is_flat_has_no_shares(rows):

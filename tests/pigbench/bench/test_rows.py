@@ -6,7 +6,7 @@ from pigbench.bench import rows
 
 
 def test_both_homes_of_rows_are_timed_and_nothing_is_left(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(rows, "_EPISODE_LENGTH", 21)
+    monkeypatch.setattr(rows, "EPISODE_ROWS", 21)
     (tmp_path / "scratch").mkdir()
     cli.run(
         [

@@ -91,6 +91,11 @@ def test_goals_can_be_told_as_cube_positions(single):
         np.testing.assert_allclose(goal, expected, atol=0.02)  # millimetres, after two random steps
 
 
+def test_unknown_goals_are_refused_by_their_name():
+    with pytest.raises(UserError, match="unknown goals 'cube': did you mean 'cubes'"):
+        gymnasium.make(OURS, goals="cube")
+
+
 def test_a_batch_is_as_many_environments(batch, single):
     assert batch.metadata["autoreset_mode"] is AutoresetMode.DISABLED
     observations, info = batch.reset(seed=0, options={"task_id": [1, 2, 3]})
