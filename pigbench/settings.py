@@ -1,9 +1,12 @@
-"""JAX's settings."""
+"""JAX's settings: those that are fixed while a command runs, and those that it tells of."""
 
 import contextlib
+import os
 from collections.abc import Iterator
 
 import jax
+
+from pigbench import devices
 
 
 @contextlib.contextmanager
@@ -19,3 +22,13 @@ def jax_defaults() -> Iterator[None]:
         jax.numpy_rank_promotion("allow"),
     ):
         yield
+
+
+def in_force() -> dict[str, str]:
+    """What bits may still depend on beside seeds and versions, ready for JSON."""
+    return {
+        "platform": devices.backend(),
+        "precision": "double" if jax.config.jax_enable_x64 else "single",
+        "matmul_precision": jax.config.jax_default_matmul_precision or "default",
+        "XLA_FLAGS": os.environ.get("XLA_FLAGS", ""),
+    }

@@ -8,7 +8,7 @@ from typing import Annotated
 import jax
 import tyro
 
-from pigbench import envs
+from pigbench import envs, settings
 from pigbench.data import collect
 from pigbench.data.dataset import sizes
 from pigbench.data.defaults import EPISODE_ROWS
@@ -87,6 +87,7 @@ class Generate:
             layout=sizes(env.layout),
             action_size=env.action_size,
             versions=package_versions(),
+            settings=settings.in_force(),
         )
         if not self.out.exists():  # else what is missing is counted
             most = collect.most_rows(policy, self.episode_length)

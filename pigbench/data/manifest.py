@@ -50,6 +50,8 @@ class Spec:
         layout: (name, size) of each term of an observation, in order.
         action_size: how many numbers an action has.
         versions: the versions of the packages that the numbers depend on.
+        settings: what else they depend on, as `pigbench.settings.in_force` tells it; none of
+            imported data, and of data from before it was kept.
     """
 
     environment: str
@@ -64,6 +66,7 @@ class Spec:
     layout: tuple[tuple[str, int], ...]
     action_size: int
     versions: Mapping[str, str]
+    settings: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     @property
     def observation_size(self) -> int:
@@ -137,13 +140,14 @@ class Manifest:
 
 def write(folder: Path, manifest: Manifest) -> None:
     """Replaces the manifest of the data set in `folder`, and what else tells of its shards."""
-    files.write_json(folder / FILE_NAME, {"format": FORMAT, **dataclasses.asdict(manifest)})
+    content = {"format": FORMAT, **dataclasses.asdict(manifest)}
+    files.write_json(folder / FILE_NAME, files.sealed(content))
     (folder / JOURNAL).unlink(missing_ok=True)
 
 
 def add(folder: Path, record: ShardRecord) -> None:
     """Adds a finished shard to the data set in `folder`, at a cost that is always the same."""
-    files.append_line(folder / JOURNAL, json.dumps(dataclasses.asdict(record)))
+    files.append_line(folder / JOURNAL, json.dumps(files.sealed(dataclasses.asdict(record))))
 
 
 def read(folder: Path) -> Manifest:
@@ -181,6 +185,7 @@ def describe(manifest: Manifest) -> str:
         "physics": f"{spec.physics} (engine {spec.engine})",
         "seed": spec.seed,
         "versions": ", ".join(f"{name} {version}" for name, version in spec.versions.items()),
+        "settings": ", ".join(f"{name} {value}" for name, value in spec.settings.items() if value),
         "fields": ", ".join(spec.fields),
         "action size": spec.action_size,
         "shards": f"{len(shards)} of {len(spec.plan())}",
@@ -204,7 +209,11 @@ def _journal(folder: Path) -> list[Mapping[str, Any]]:
     """What was added; a line that a crash cut off, the last one, is left out."""
     path = folder / JOURNAL
     text = files.read_text(path) if path.exists() else ""
-    return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+    lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
+    try:
+        return [files.unsealed(path, json.loads(line)) for line in lines]
+    except json.JSONDecodeError as error:
+        raise UserError(f"{path} is torn: {error}") from None
 
 
 def _spec(content: Mapping[str, Any]) -> Spec:

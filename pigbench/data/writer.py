@@ -63,7 +63,8 @@ def _begin(folder: Path, spec: Spec) -> Manifest:
 
 def _continue(folder: Path, spec: Spec) -> Manifest:
     stored = manifest.read(folder)
-    require_same(str(folder), dataclasses.asdict(stored.spec), dataclasses.asdict(spec))
+    known = dataclasses.replace(spec, settings=stored.spec.settings and spec.settings)
+    require_same(str(folder), dataclasses.asdict(stored.spec), dataclasses.asdict(known))
     whole = stored.with_shards(
         record for record in stored.shards if not any(shard.file_problems(folder, record))
     )

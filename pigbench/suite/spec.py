@@ -147,7 +147,8 @@ def read(path: Path) -> Suite:
 
 def write(path: Path, suite: Suite) -> None:
     """Keeps the suite in a JSON file, which `read_kept` reads."""
-    files.write_json(path, dataclasses.asdict(suite) | {"environments": _environments(suite)})
+    content = dataclasses.asdict(suite) | {"environments": _environments(suite)}
+    files.write_json(path, files.sealed(content))
 
 
 def read_kept(path: Path) -> Suite:

@@ -13,13 +13,14 @@ import os
 import resource
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from pigbench.errors import UserError
 
 _DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
+_SEAL = "checksum"
 
 
 def temporary_path(path: Path) -> Path:
@@ -172,6 +173,28 @@ def write_json(path: Path, value: Any) -> None:
     write_text(path, json.dumps(value, indent=1) + "\n")
 
 
+def sealed(value: Mapping[str, Any]) -> dict[str, Any]:
+    """`value` with the checksum of its JSON, which `unsealed` checks."""
+    return {**value, _SEAL: _checksum(value)}
+
+
+def unsealed(path: Path, value: Any) -> Any:
+    """What was `sealed`, found in `path`; UserError if it has been altered since.
+
+    What bears no checksum, such as a file from before there were any, is as it is.
+    """
+    if not isinstance(value, dict) or _SEAL not in value:
+        return value
+    content = {name: part for name, part in value.items() if name != _SEAL}
+    if value[_SEAL] != _checksum(content):
+        raise UserError(f"{path} is altered: its content has not the checksum that it bears")
+    return content
+
+
+def _checksum(value: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(value).encode()).hexdigest()
+
+
 def append_line(path: Path, line: str) -> None:
     """Adds a line to the file `path`, made if it is missing. A crash may leave a part of it."""
     with explaining_full_disk(path):
@@ -195,9 +218,9 @@ def read_text(path: Path) -> str:
 
 
 def read_json(path: Path) -> Any:
-    """The value in `path`. Raises UserError when it is missing or not JSON."""
+    """The value in `path`, `unsealed`. Raises UserError when it is missing or not JSON."""
     try:
-        return json.loads(read_text(path))
+        return unsealed(path, json.loads(read_text(path)))
     except (json.JSONDecodeError, RecursionError) as error:
         raise UserError(f"{path} is torn: {error}") from None
 

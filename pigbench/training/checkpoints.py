@@ -5,18 +5,22 @@ Two, because runs that are trained together go on from a step that all of them h
 
 import contextlib
 import dataclasses
+import hashlib
 import logging
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any, cast
 
 import jax
+import numpy as np
 import orbax.checkpoint as ocp
 from orbax.checkpoint import checkpoint_managers
 
 from pigbench.agents import TrainState
 from pigbench.errors import UserError
 from pigbench.support import files
+
+_DIGEST = "sha256"
 
 Kept = Callable[[Sequence[int]], Collection[int]]
 """Of the steps that have a checkpoint, in order, those that are to have it still."""
@@ -59,7 +63,12 @@ class Checkpoints:
         size = sum(leaf.nbytes for leaf in jax.tree.leaves(state))
         files.require_room(self.folder / str(step), size)
         with files.explaining_full_disk(self.folder), _without_log():
-            self._manager.save(step, args=ocp.args.StandardSave(state), force=True)
+            self._manager.save(
+                step,
+                args=ocp.args.StandardSave(state),
+                custom_metadata={_DIGEST: _digest(state)},
+                force=True,
+            )
             self._manager.wait_until_finished()
 
     def drop(self, unwanted: Callable[[int], bool]) -> None:
@@ -76,12 +85,18 @@ class Checkpoints:
         try:
             with _without_log():
                 restored = self._manager.restore(step, args=ocp.args.StandardRestore(like))
+                kept = self._manager.metadata(step).custom_metadata or {}
         except Exception as error:  # Orbax raises many kinds for a torn or foreign checkpoint
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise UserError(
                 f"{self.folder / str(step)} cannot be read ({reason}); "
                 "remove it and train again in the same folder"
             ) from None
+        if kept.get(_DIGEST, _digest(restored)) != _digest(restored):  # those from before have none
+            raise UserError(
+                f"{self.folder / str(step)} is altered: its numbers have not the checksum that it "
+                "bears; remove it and train again in the same folder"
+            )
         return cast(TrainState, restored)
 
     def close(self) -> None:
@@ -105,6 +120,14 @@ class _Preservation(checkpoint_managers.PreservationPolicy):
         steps = [checkpoint.step for checkpoint in checkpoints]
         kept = self.kept(steps)
         return [step in kept for step in steps]
+
+
+def _digest(state: TrainState) -> str:
+    """The SHA-256 of all numbers of a state, in hexadecimal."""
+    digest = hashlib.sha256()
+    for leaf in jax.device_get(jax.tree.leaves(state)):
+        digest.update(np.ascontiguousarray(leaf))
+    return digest.hexdigest()
 
 
 @contextlib.contextmanager

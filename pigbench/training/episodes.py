@@ -2,6 +2,7 @@
 
 import csv
 import io
+import zlib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,6 +33,7 @@ class Episode(NamedTuple):
 # millimetres, and what is not known is empty.
 _WHICH = {name: kind for name, kind in Episode.__annotations__.items() if name != "measures"}
 _COLUMNS = _WHICH | {name: measure.kind for name, measure in MEASURES.items()}
+_CHECK = "check"  # a further column: the row's checksum
 _FORMAT: dict[type, Callable[[Any], str]] = {
     int: str,
     str: str,
@@ -64,12 +66,17 @@ def read(path: Path) -> list[Episode]:
         header, *rows = csv.reader(io.StringIO(text)) if text else [[]]
     except csv.Error as error:
         raise UserError(f"{path} is torn: {error}") from None
+    is_checked = header[-1:] == [_CHECK]  # files from before are not
+    header = header[:-1] if is_checked else header
     which, measures = header[: len(_WHICH)], header[len(_WHICH) :]
     if which != list(_WHICH) or "success" not in measures or not MEASURES.keys() >= set(measures):
         raise UserError(f"{path} is torn: its columns are not {','.join(_COLUMNS)}")
     if not text.endswith("\n"):
         raise UserError(f"{path} is torn: its last row is cut off")
-    return [_parse(path, number, header, row) for number, row in enumerate(rows, start=2)]
+    numbered = list(enumerate(rows, start=2))
+    if is_checked:
+        numbered = [(number, _checked(path, number, row)) for number, row in numbered]
+    return [_parse(path, number, header, row) for number, row in numbered]
 
 
 def keep(path: Path, wanted: Callable[[int], bool]) -> None:
@@ -94,8 +101,8 @@ def best_step(episodes: Iterable[Episode]) -> int:
 def _write(path: Path, episodes: Iterable[Episode]) -> None:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_COLUMNS)
-    writer.writerows(map(_row, episodes))
+    writer.writerow([*_COLUMNS, _CHECK])
+    writer.writerows([*row, _checksum(row)] for row in map(_row, episodes))
     files.write_text(path, text.getvalue())
 
 
@@ -104,6 +111,16 @@ def _row(episode: Episode) -> list[str]:
     return [
         _FORMAT[kind](values[name]) if name in values else "" for name, kind in _COLUMNS.items()
     ]
+
+
+def _checksum(row: list[str]) -> str:
+    return f"{zlib.crc32(','.join(row).encode()):08x}"
+
+
+def _checked(path: Path, line: int, row: list[str]) -> list[str]:
+    if row[-1:] != [_checksum(row[:-1])]:
+        raise UserError(f"{path} is altered: line {line} has not the checksum that it bears")
+    return row[:-1]
 
 
 def _parse(path: Path, line: int, header: list[str], row: list[str]) -> Episode:

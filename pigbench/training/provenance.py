@@ -1,4 +1,4 @@
-"""Where a result comes from: versions, commit and machine."""
+"""Where a result comes from: versions, commit, machine and settings."""
 
 import importlib.metadata
 import os
@@ -10,9 +10,9 @@ from typing import Any
 
 import jax
 
-PACKAGES = ("pigbench", "jax", "mujoco")
+from pigbench import settings
 
-_XLA_VARIABLES = ("XLA_FLAGS", "NPROC")
+PACKAGES = ("pigbench", "jax", "mujoco")
 
 
 def package_versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
@@ -33,7 +33,7 @@ def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
 
 
 def surroundings() -> dict[str, Any]:
-    """Versions, commit and machine, ready for JSON."""
+    """Versions, commit, machine and settings, ready for JSON."""
     return {
         "versions": {"python": platform.python_version(), **package_versions()},
         "commit": _commit(),
@@ -41,8 +41,9 @@ def surroundings() -> dict[str, Any]:
             "platform": platform.platform(),
             "cpu_count": os.cpu_count(),
             "device": jax.devices()[0].device_kind,
-            "environment": {name: os.environ.get(name, "") for name in _XLA_VARIABLES},
+            "threads": os.environ.get("NPROC", "all"),  # of XLA
         },
+        "settings": settings.in_force(),
     }
 
 

@@ -122,9 +122,9 @@ def open_run(
     files.make_folder(path)
     files.write_json(path / PROVENANCE_FILE, provenance)
     content = {name: values.tolist() for name, values in statistics._asdict().items()}
-    files.write_json(path / STATISTICS_FILE, content)
+    files.write_json(path / STATISTICS_FILE, files.sealed(content))
     # Last, because it is what makes the folder a run.
-    files.write_json(path / CONFIG_FILE, dataclasses.asdict(config))
+    files.write_json(path / CONFIG_FILE, files.sealed(dataclasses.asdict(config)))
     return Run(path, config)
 
 

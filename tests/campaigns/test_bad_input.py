@@ -181,20 +181,6 @@ CHOSEN = CASES if os.environ.get("PIGBENCH_CAMPAIGN") == "all" else CASES[::7]
 
 
 @pytest.fixture(scope="session")
-def prepared(tmp_path_factory) -> Path:
-    """DATA and RUN, made by the commands themselves."""
-    folder = tmp_path_factory.mktemp("campaign")
-    small = "--episode-length 11 --validation-episodes 1 --episodes 2"
-    cli.run(shlex.split(f"generate cube-single --out {folder / 'DATA'} {small}"))
-    train = "--preset cpu --agent.batch-size 8 --agent.actor-hidden-sizes 8"
-    steps = "--steps 1 --evaluate-every 1 --evaluation.episodes 1"
-    cli.run(
-        shlex.split(f"train gcbc --data {folder / 'DATA'} --out {folder / 'RUN'} {train} {steps}")
-    )
-    return folder
-
-
-@pytest.fixture(scope="session")
 def place(prepared) -> Path:
     """Where all cases happen: none leaves a trace."""
     bad = prepared / "BAD"

@@ -1,15 +1,19 @@
 """Numbers are the same, and there are numbers at all, whatever JAX is set to."""
 
 import contextlib
+import dataclasses
 import subprocess
 import sys
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
+import pytest
 
-from pigbench import cli, envs, seeds
+from pigbench import cli, envs, seeds, settings
 from pigbench.data import manifest
+from pigbench.data.writer import Writer
+from pigbench.errors import UserError
 
 SMALL = ["--episodes", "2", "--validation-episodes", "1", "--episode-length", "11"]
 
@@ -45,6 +49,28 @@ def test_commands_write_the_same(tmp_path):
     plain = generate(tmp_path / "plain")
     with otherwise():
         assert plain == generate(tmp_path / "otherwise")
+
+
+def test_a_manifest_tells_what_bits_may_still_depend_on(tmp_path, monkeypatch):
+    monkeypatch.setenv("XLA_FLAGS", "--xla_force_host_platform_device_count=1")
+    small = [*SMALL[2:], "--episodes", "1", "--out", str(tmp_path)]
+    with jax.default_matmul_precision("high"), jax.enable_x64(True):
+        cli.run(["generate", "cube-single", *small])
+    assert manifest.read(tmp_path).spec.settings == {
+        "platform": "cpu",
+        "precision": "single",  # which a command sees to
+        "matmul_precision": "high",
+        "XLA_FLAGS": "--xla_force_host_platform_device_count=1",
+    }
+    monkeypatch.setenv("XLA_FLAGS", "")
+    with jax.default_matmul_precision("high"), pytest.raises(UserError, match=r"settings.XLA_FLA"):
+        cli.run(["generate", "cube-single", *small])
+
+
+def test_data_from_before_settings_were_kept_can_be_finished(spec, tmp_path):
+    Writer(tmp_path, spec)
+    now = dataclasses.replace(spec, settings=settings.in_force())
+    assert Writer(tmp_path, now).missing() == spec.plan()
 
 
 def test_commands_that_do_without_jax_still_do():

@@ -1,4 +1,5 @@
 import os
+import zlib
 
 import pytest
 
@@ -26,14 +27,19 @@ def episode(step, task, number, success=False):
     return Episode(step, task, f"task{task}, lift", number, 7, measures)
 
 
+# The rows of the next test, as their checksums see them: without quotes.
+FIRST = b"100,1,task1, lift,0,7,0.0125,1,1,1,1,1,1,0,0.0375,120,0"
+SECOND = b"100,2,task2, lift,0,7,0.0125,1,1,0,0,0,0,0,,120,1"
+
+
 def test_the_file_is_plain_csv(tmp_path):
     path = tmp_path / "episodes.csv"
     episodes.record(path, [episode(100, 2, 0), episode(100, 1, 0, success=True)])
     assert path.read_text() == (
         "step,task,task_name,episode,seed,nearest,touched,held,lifted,within_10cm,within_5cm,"
-        "success,within_3cm,final_distance,length,diverged\n"
-        '100,1,"task1, lift",0,7,0.0125,1,1,1,1,1,1,0,0.0375,120,0\n'
-        '100,2,"task2, lift",0,7,0.0125,1,1,0,0,0,0,0,,120,1\n'
+        "success,within_3cm,final_distance,length,diverged,check\n"
+        f'100,1,"task1, lift",0,7,0.0125,1,1,1,1,1,1,0,0.0375,120,0,{zlib.crc32(FIRST):08x}\n'
+        f'100,2,"task2, lift",0,7,0.0125,1,1,0,0,0,0,0,,120,1,{zlib.crc32(SECOND):08x}\n'
     )
 
 
@@ -45,7 +51,7 @@ def test_what_a_file_from_before_lacks_is_not_known(tmp_path):
     assert row == Episode(100, 1, "lift", 0, 7, {"success": True, "length": 120, "diverged": False})
     new = episode(200, 1, 0)
     episodes.record(path, [new])
-    assert "100,1,lift,0,7,,,,,,,1,,,120,0\n" in path.read_text()
+    assert "100,1,lift,0,7,,,,,,,1,,,120,0," in path.read_text()
     assert episodes.read(path) == [row, new]
 
 
@@ -98,9 +104,20 @@ def test_a_cut_file_is_named(tmp_path, cut):
 def test_a_bad_row_is_named_by_its_line(tmp_path, row):
     path = tmp_path / "episodes.csv"
     episodes.record(path, [episode(100, 1, 0)])
-    path.write_text(path.read_text() + row + "\n")
-    with pytest.raises(UserError, match="line 3 is no episode"):
+    lines = path.read_text().replace(",check", "").splitlines()  # as before there were checksums
+    path.write_text(f"{lines[0]}\n{row}\n")
+    with pytest.raises(UserError, match="line 2 is no episode"):
         episodes.read(path)
+
+
+def test_an_altered_row_is_named_by_its_line(tmp_path):
+    path = tmp_path / "episodes.csv"
+    episodes.record(path, [episode(100, 1, 0), episode(100, 1, 1)])
+    text = path.read_text()
+    for altered in (text.replace(",1,1,7,", ",1,3,7,"), f"{text}{text.splitlines()[1]},\n"):
+        path.write_text(altered)
+        with pytest.raises(UserError, match=r"is altered: line [34] has not the checksum"):
+            episodes.read(path)
 
 
 def test_other_files_are_not_episodes(tmp_path):
