@@ -64,6 +64,9 @@ class Agent(abc.ABC, Generic[Config]):
     target_networks: tuple[str, ...] = ()
     """The networks that have a slowly averaged copy, given to `loss` as `target_params`."""
 
+    average_rate: float = 1.0
+    """The share of an update's parameters in the average that acts; at 1 the last ones act."""
+
     goals: tuple[str, ...] = ("state",)
     """What its networks can be told of a goal, of `GOALS`: others than states need `as_goals`."""
 

@@ -47,12 +47,14 @@ class FlowHierarchyConfig(AgentConfig):
     standardize: bool = True  # what the flow generates, and critic and low level see of it
     flow_steps: int = 10  # M
     candidates: int = 32  # N: subgoals drawn, of which the critic's best is taken
+    average_rate: float = 1.0  # below 1, an average of parameters acts, over about 1 / rate updates
     low: AgentConfig = field(default_factory=GCIVLConfig)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self, lambda x: x >= 2, "at least 2", "subgoal_steps")
         require(self, lambda x: x >= 1, "at least 1", "flow_steps", "candidates")
+        require(self, lambda x: 0 < x <= 1, "above 0 and at most 1", "average_rate")
         lookup("representation", REPRESENTATIONS, self.low_level_representation)
         unchanged = type(self.low)()
         for name in DECIDED_ABOVE:
@@ -103,6 +105,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
             statistics=self.represent.statistics(statistics),
             units=self.represent.units,
         )
+        self.average_rate = config.average_rate
         self.target_networks = (
             "high_critic",
             *(f"low_{name}" for name in self.low.target_networks),

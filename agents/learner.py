@@ -19,18 +19,27 @@ class TrainState:
     target_params: Params  # of the agent's `target_networks` only
     opt_state: optax.OptState
     step: jax.Array  # () int32: updates done
+    average: Params  # of `params` over the last updates; empty for an agent that averages none
+
+    @property
+    def acting(self) -> Params:
+        """The parameters to act by, and to look at."""
+        return self.average or self.params
 
 
 def create(agent: Agent[Any], key: jax.Array) -> TrainState:
     """Fresh parameters, targets equal to them, and an optimiser at rest."""
     params = agent.init(key)
     # Copies: a state whose leaves share buffers could not be donated.
-    target_params = jax.tree.map(jnp.copy, _targeted(agent, params))
+    target_params, average = jax.tree.map(
+        jnp.copy, (_targeted(agent, params), _averaged(agent, params))
+    )
     return TrainState(
         params=params,
         target_params=target_params,
         opt_state=_optimizer(agent).init(params),
         step=jnp.zeros((), jnp.int32),
+        average=average,
     )
 
 
@@ -38,6 +47,9 @@ def update(
     agent: Agent[Any], state: TrainState, batch: Batch, key: jax.Array
 ) -> tuple[TrainState, Metrics]:
     """One step of Adam on the agent's loss, then target <- (1 - tau) target + tau params.
+
+    The average follows in the same way, over the last tenth of all updates so far, and in the end
+    at the agent's `average_rate`.
 
     Pure: the same arguments give the same state. `key` is for this step alone.
     """
@@ -49,7 +61,15 @@ def update(
     target_params = optax.incremental_update(
         _targeted(agent, params), state.target_params, agent.config.target_rate
     )
-    return TrainState(params, cast(Params, target_params), opt_state, state.step + 1), metrics
+    average_rate = jnp.maximum(agent.average_rate, 10 / (state.step + 10))
+    average = optax.incremental_update(_averaged(agent, params), state.average, average_rate)
+    return TrainState(
+        params=params,
+        target_params=cast(Params, target_params),
+        opt_state=opt_state,
+        step=state.step + 1,
+        average=cast(Params, average),
+    ), metrics
 
 
 def _optimizer(agent: Agent[Any]) -> optax.GradientTransformation:
@@ -58,3 +78,7 @@ def _optimizer(agent: Agent[Any]) -> optax.GradientTransformation:
 
 def _targeted(agent: Agent[Any], params: Params) -> Params:
     return {name: params[name] for name in agent.target_networks}
+
+
+def _averaged(agent: Agent[Any], params: Params) -> Params:
+    return params if agent.average_rate < 1 else {}

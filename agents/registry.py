@@ -36,6 +36,7 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "discount": 0.99,
         "target_rate": 0.03,
         "candidates": 4,
+        "average_rate": 1e-3,
         **_SMALL,
         "low": {**_SMALL, "rewards": "0/1"},
     },

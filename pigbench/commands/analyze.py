@@ -66,7 +66,7 @@ class Analyze:
         rows = Rows.from_split(data.split("train"))
         with only_writer(out):
             modes, residuals = measure(
-                agent, state.params, rows, samples=self.samples, seed=self.seed
+                agent, state.acting, rows, samples=self.samples, seed=self.seed
             )
             caption = CAPTION.format(direction=agent.motion_in)
             table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{caption}\n"

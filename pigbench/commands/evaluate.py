@@ -76,7 +76,7 @@ class Evaluate:
         self._check_replaced(path, step=step, count=self.episodes * env.num_tasks)
         evaluate = make_evaluator(env, trained.agent, evaluation)
         with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
-            outcome = evaluate(trained.state.params, progress.reach)
+            outcome = evaluate(trained.state.acting, progress.reach)
         episodes.record(path, as_episodes(outcome, env, evaluation, step=step))
         for task, successes in zip(env.spec.tasks, outcome["success"], strict=True):
             print(f"{task.name:28} {successes.sum():3d} of {self.episodes}")

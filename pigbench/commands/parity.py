@@ -154,7 +154,7 @@ class ParityPolicy:
         run, env, agent, state = restore(self.run_folder, engine=self.engine)
         total = env.num_tasks * self.episodes
         with Progress(f"acting in {peer.NAME}", total=total, unit="episodes") as progress:
-            successes = closed_loop.simulate(env, agent, state.params, evaluation, progress.reach)
+            successes = closed_loop.simulate(env, agent, state.acting, evaluation, progress.reach)
         names = [task.name for task in env.spec.tasks]
         lines = [
             _pair_line(name, Successes(*pair))

@@ -102,7 +102,7 @@ class Render:
             env.check_task(task)
         with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
             with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
-                recordings = record(env, agent, state.params, evaluation, progress.reach)
+                recordings = record(env, agent, state.acting, evaluation, progress.reach)
             shown = [recording for recording in recordings if recording.task in tasks]
             shots = [Shot(recording.qpos, recording.target) for recording in shown]
             _film(self.out, renderer, shots)

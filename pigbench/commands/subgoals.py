@@ -66,7 +66,7 @@ class SubgoalErrors:
         dataset.check_layout(data, env.layout)
         steps = agent.config.subgoal_steps
         stretches = draw(data.split("val"), steps, samples=self.samples, seed=self.seed)
-        modes, distances = measure(env, agent, state.params, stretches, seed=self.seed)
+        modes, distances = measure(env, agent, state.acting, stretches, seed=self.seed)
         header = ("mode", "stretches", "how", *_columns("pinch"), *_columns("cube"))
         grid = markdown_grid([header, *_lines(modes, distances)])
         table = f"{grid}\n\n{_CAPTION.format(steps=steps)}\n"
@@ -74,7 +74,7 @@ class SubgoalErrors:
             data.split("val"), agent, env.layout, samples=self.samples, seed=self.seed
         )
         if len(before.starts):
-            misses = grasps.measure(env, agent, state.params, before, seed=self.seed)
+            misses = grasps.measure(env, agent, state.acting, before, seed=self.seed)
             grid = markdown_grid([("subgoal", "grasps", *_columns("off")), *_grasp_lines(misses)])
             table += f"\n{grid}\n\n{_GRASP_CAPTION.format(steps=steps)}\n"
         print(table)

@@ -63,11 +63,11 @@ def write(folder: Path, trained: Trained, *, license: str = card.LICENSE) -> Non
     # Flatbuffers are what `jax.export` writes.
     safetensors, _ = required("safetensors.numpy", "flatbuffers", extra="share")
     _require_own(folder)
-    parameters = by_path(jax.device_get(trained.state.params))
+    parameters = by_path(jax.device_get(trained.state.acting))
     about = describe(trained)
     with files.replacing_folder(folder) as new:
         files.write_bytes(new / PARAMETERS_FILE, safetensors.save(parameters))
-        files.write_bytes(new / ACT_FILE, serialize(trained.agent, trained.state.params))
+        files.write_bytes(new / ACT_FILE, serialize(trained.agent, trained.state.acting))
         files.write_json(new / CONFIG_FILE, about)
         files.write_text(new / card.FILE_NAME, _card(trained, about, license))
 

@@ -111,7 +111,7 @@ def train(
             outcomes = []
             for run, state, saved in zip(runs, states, checkpoints, strict=True):
                 outcome = evaluator(
-                    state.params,
+                    state.acting,
                     lambda time: progress.advance(0, f"evaluating, {time} of {env.episode_length}"),
                 )
                 episodes.record(run.episodes_path, as_episodes(outcome, env, evaluation, step=step))

@@ -70,6 +70,25 @@ def test_two_updates_by_hand(line):
     assert state.step == 2
 
 
+def test_an_average_acts_where_the_agent_averages(line):
+    """Its rate is 1, then 10 / 11, and so on down to the agent's own."""
+    key = jax.random.key(0)
+    batch = random_batch(key)
+    assert agents.create(line, key).average == {}
+
+    line.average_rate = 0.9
+    state, expected = agents.create(line, key), 0.0
+    for step, rate in enumerate((1, 10 / 11, 0.9, 0.9)):
+        state, _ = agents.update(line, state, batch, key)
+        expected += rate * (0.1 * (step + 1) - expected)
+        np.testing.assert_allclose(state.acting["b"], expected, rtol=1e-5)
+    np.testing.assert_allclose(state.params["b"], 0.4, rtol=1e-5)
+
+    line.average_rate = 1.0
+    state, _ = agents.update(line, agents.create(line, key), batch, key)
+    assert state.acting is state.params
+
+
 def test_targets_are_not_under_the_optimiser(line):
     state = agents.create(line, jax.random.key(0))
     assert set(state.target_params) == {"w"}

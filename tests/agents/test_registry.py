@@ -57,6 +57,7 @@ def test_a_hierarchy_over_a_method_has_that_methods_configuration():
     assert (cpu.batch_size, cpu.learning_rate) == (256, 1e-3)
     assert (cpu.discount, cpu.target_rate) == (0.99, 0.03)
     assert (cpu.candidates, cpu.low_level_representation) == (4, "joints_contacts")
+    assert (paper.average_rate, cpu.average_rate) == (1, 1e-3)
 
 
 @pytest.mark.parametrize("preset", ["paper", "cpu"])

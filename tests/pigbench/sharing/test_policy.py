@@ -83,14 +83,14 @@ def test_the_readmes_lines_act_alike_to_the_bit_without_pigbench(run, exported):
     act = jax.jit(trained.agent.act)
     for number, pair in enumerate(pairs):
         there = np.load(exported.parent / f"actions-{number}.npy")
-        here = np.asarray(act(trained.state.params, *pair, jax.random.key(0)))
+        here = np.asarray(act(trained.state.acting, *pair, jax.random.key(0)))
         assert here.std() > 1e-3
         np.testing.assert_array_equal(there, here)
 
 
 def test_parameters_are_those_of_the_checkpoint_under_their_paths(run, exported):
     stored = safetensors.load_file(exported / policy.PARAMETERS_FILE)
-    params = restore(run, checkpoint="2").state.params
+    params = restore(run, checkpoint="2").state.acting
     assert len(stored) == len(jax.tree.leaves(params))
     np.testing.assert_array_equal(
         stored["low_policy/params/MLP_0/Dense_1/kernel"],

@@ -21,7 +21,7 @@ LARGE = 1_000_000
 
 def state(step: int, size: int = 10) -> TrainState:
     params = {"a": jax.random.normal(jax.random.key(0), (size,))}
-    return TrainState(params, {}, (), jnp.array(step))
+    return TrainState(params, {}, (), jnp.array(step), {})
 
 
 @pytest.fixture
