@@ -19,7 +19,7 @@ from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
 from pigbench.training.evaluate import Evaluation
-from pigbench.training.recording import record
+from pigbench.training.recording import make_recorder
 from pigbench.training.restore import restore
 
 
@@ -102,7 +102,7 @@ class Render:
             env.check_task(task)
         with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
             with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
-                recordings = record(env, agent, state.acting, evaluation, progress.reach)
+                recordings = make_recorder(env, agent, evaluation)(state.acting, progress.reach)
             shown = [recording for recording in recordings if recording.task in tasks]
             shots = [Shot(recording.qpos, recording.target) for recording in shown]
             _film(self.out, renderer, shots)

@@ -11,7 +11,7 @@ from shlex import quote
 import jax
 import tyro
 
-from pigbench import agents, envs, names
+from pigbench import agents, envs, names, opengl, trackers
 from pigbench.agents import AgentConfig, Statistics
 from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
@@ -63,6 +63,11 @@ class Train:
     """Updates between two evaluations; each is followed by a checkpoint."""
     keep: Keep = "last"
     """Checkpoints that stay: the last (two), those and that of the best evaluation, or all."""
+    logger: tuple[str, ...] = ("tensorboard",)
+    """Where metrics and success rates are shown: tensorboard, wandb, trackio, or one of your own;
+    several, or none."""
+    films: bool = False
+    """Show films of evaluations too, the first episode of each task, and keep them in films/."""
     evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -75,6 +80,8 @@ class Train:
             names.check("the variant", self.variant)
         if len(set(self.seeds)) < len(self.seeds):
             raise UserError(f"seeds names one twice: {', '.join(map(str, self.seeds))}")
+        for name in self.logger:
+            trackers.get(name)
         self._schedule()  # so that a suite refuses what is wrong with it before it begins
 
     @classmethod
@@ -95,6 +102,8 @@ class Train:
 
     def run(self) -> None:
         """Train to the end, or go on where an earlier run was cut off."""
+        if self.films:
+            opengl.choose()
         groups = self._groups()
         for folder in itertools.chain.from_iterable(groups):
             files.require_folder(folder)
@@ -123,6 +132,8 @@ class Train:
                     schedule=self._schedule(),
                     evaluation=self.evaluation,
                     keep=self.keep,
+                    shown_by=[trackers.get(name) for name in self.logger],
+                    films=self.films,
                     remark=str(home),
                 )
                 jax.block_until_ready(states)

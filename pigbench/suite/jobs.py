@@ -52,6 +52,7 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
         "preset": suite.preset,
         "rows": suite.rows,
         "keep": suite.keep,
+        "logger": suite.logger,
         "variant": cell.variant,
         "seed": cell.seed,
         "steps": cell.environment.steps,

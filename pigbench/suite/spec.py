@@ -72,6 +72,7 @@ class Suite:
     preset: str = "paper"
     rows: HomeChoice = "auto"  # where trainings keep the data's rows
     keep: Keep = "last"  # checkpoints of trainings that stay
+    logger: tuple[str, ...] = ("tensorboard",)  # where trainings are shown
     data: Data = field(default_factory=Data)
     agent: Mapping[str, Any] = field(default_factory=dict)
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: {"": {}})

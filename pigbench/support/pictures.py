@@ -9,6 +9,7 @@ import numpy as np
 
 from pigbench.errors import UserError
 from pigbench.support import files
+from pigbench.support.extras import required
 
 _QUALITY = "20"  # of H.264: lower is better and larger
 
@@ -26,15 +27,33 @@ def write_png(path: Path, picture: np.ndarray) -> None:
         matplotlib.image.imsave(file, np.ascontiguousarray(picture), format="png")
 
 
+def gif_of_mp4(path: Path, *, every: int = 4, width: int = 160) -> tuple[bytes, int, int]:
+    """A film as a GIF of every so many pictures, at its pace, and its height and width in pixels.
+
+    Raises UserError when the package `av`, of the extra `render`, is not installed.
+    """
+    (av,) = required("av", extra="render")
+    with av.open(path) as film:
+        stream = film.streams.video[0]
+        height = width * stream.height // stream.width
+        pictures = [
+            frame.to_image(width=width, height=height)
+            for number, frame in enumerate(film.decode(stream))
+            if number % every == 0
+        ]
+        milliseconds = 1000 * every / stream.average_rate
+    content = io.BytesIO()
+    first, *others = pictures
+    first.save(content, "GIF", save_all=True, append_images=others, duration=float(milliseconds))
+    return content.getvalue(), height, width
+
+
 def write_mp4(path: Path, pictures: Iterable[np.ndarray], *, rate: int) -> None:
     """Replaces `path` by a film, `rate` pictures a second; their height and width are even.
 
     Raises UserError when the package `av`, of the extra `render`, is not installed.
     """
-    try:
-        import av
-    except ImportError:
-        raise UserError("films need the package av: pip install 'pigbench[render]'") from None
+    (av,) = required("av", extra="render")
     content = io.BytesIO()  # PyAV does not tell why it cannot write a file, such as a full disk
     with av.open(content, "w", format="mp4") as film:
         stream = film.add_stream("libx264", rate=rate, options={"crf": _QUALITY})

@@ -1,4 +1,4 @@
-"""The log of training metrics: JSON lines for programs, TensorBoard events for eyes."""
+"""The log of training metrics, in JSON lines. For eyes there are trackers."""
 
 import itertools
 import json
@@ -7,12 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tensorboardX import SummaryWriter
-
 from pigbench.support import files
 
 FILE_NAME = "metrics.jsonl"
-EVENTS_FOLDER = "tensorboard"
 
 
 class MetricsLog:
@@ -26,23 +23,17 @@ class MetricsLog:
         path = folder / FILE_NAME
         _drop_beyond(path, step)
         self._lines = open(path, "a", encoding="utf-8")  # noqa: SIM115
-        self._events = SummaryWriter(str(folder / EVENTS_FOLDER), purge_step=step + 1)
 
-    def write(self, step: int, metrics: Mapping[str, Any]) -> None:
-        """Logs scalars (Python numbers or arrays of one element) under their names."""
-        scalars = {name: float(value) for name, value in metrics.items()}
-        finite = {name: x if math.isfinite(x) else None for name, x in scalars.items()}
+    def write(self, step: int, metrics: Mapping[str, float]) -> None:
+        """Logs numbers under their names."""
+        finite = {name: x if math.isfinite(x) else None for name, x in metrics.items()}
         with files.explaining_full_disk(Path(self._lines.name)):
             self._lines.write(json.dumps({"step": step, **finite}) + "\n")
             self._lines.flush()
-            for name, value in scalars.items():
-                self._events.add_scalar(name, value, step)
-            self._events.flush()
 
     def close(self) -> None:
-        """Closes both files."""
+        """Closes the file."""
         self._lines.close()
-        self._events.close()
 
     def __enter__(self) -> "MetricsLog":
         return self

@@ -1,5 +1,6 @@
 """Evaluation episodes as they went, state by state."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -24,26 +25,41 @@ class Recording(NamedTuple):
     success: bool
 
 
-def record(
-    env: CubeEnv, agent: Agent, params: Params, evaluation: Evaluation, report: Report
-) -> list[Recording]:
-    """The very episodes that `make_evaluator` rolls out, task after task."""
+Recorder = Callable[[Params, Report], list[Recording]]
 
-    def step(rollout: Rollout, _: None) -> tuple[Rollout, jax.Array]:
-        rollout = evaluate.step(env, agent, params, rollout)
-        return rollout, _qpos(rollout.states)
 
+def make_recorder(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Recorder:
+    """A function that records the very episodes of `make_evaluator`, task after task."""
     chunk = min(_CHUNK, env.episode_length)
-    advance = jax.jit(partial(jax.lax.scan, step, length=chunk))
-    rollout = jax.jit(partial(evaluate.begin, env, evaluation))()
+    start = jax.jit(partial(evaluate.begin, env, evaluation))
+
+    @jax.jit
+    def advance(params: Params, rollout: Rollout) -> tuple[Rollout, jax.Array]:
+        def step(rollout: Rollout, _: None) -> tuple[Rollout, jax.Array]:
+            rollout = evaluate.step(env, agent, params, rollout)
+            return rollout, _qpos(rollout.states)
+
+        return jax.lax.scan(step, rollout, length=chunk)
+
+    return partial(_record, start, advance, env.episode_length)
+
+
+def _record(
+    start: Callable[[], Rollout],
+    advance: Callable[[Params, Rollout], tuple[Rollout, jax.Array]],
+    episode_length: int,
+    params: Params,
+    report: Report,
+) -> list[Recording]:
+    rollout = start()
     first = rollout.states
     chunks = [np.asarray(_qpos(first))[None]]
-    while rollout.time < env.episode_length and not rollout.states.done.all():
-        rollout, qpos = advance(rollout)
+    while rollout.time < episode_length and not rollout.states.done.all():
+        rollout, qpos = advance(params, rollout)
         chunks.append(np.asarray(qpos))
-        report(min(int(rollout.time), env.episode_length))
+        report(min(int(rollout.time), episode_length))
     successes = np.asarray(rollout.states.info["success"])
-    lengths = np.minimum(rollout.values["length"], env.episode_length)
+    lengths = np.minimum(rollout.values["length"], episode_length)
     states = np.concatenate(chunks)
     return [
         Recording(

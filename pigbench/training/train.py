@@ -19,10 +19,13 @@ from pigbench.data.sampler import Rows
 from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
 from pigbench.support.progress import Progress
+from pigbench.trackers import Tracker, evaluated
+from pigbench.trackers.tracker import FILM
 from pigbench.training import batches, episodes
 from pigbench.training.batches import Batches
 from pigbench.training.checkpoints import Checkpoints, Kept, common_step, last_two
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
+from pigbench.training.films import make_filmer
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.milestones import BRIEF
 from pigbench.training.run import Keep, Run
@@ -72,6 +75,8 @@ def train(
     schedule: Schedule,
     evaluation: Evaluation,
     keep: Keep = "last",
+    shown_by: Sequence[type[Tracker]] = (),
+    films: bool = False,
     remark: str = "",
 ) -> list[TrainState]:
     """Train to the schedule's end, from the last checkpoint that all `runs` have, if there is one.
@@ -79,8 +84,9 @@ def train(
     What a shorter schedule evaluated and saved at its end is dropped, unless this one does so too:
     then the files are those of a training that was this long from the first.
 
-    The runs differ in their seeds alone, and are trained together, in one program. The progress
-    line ends with `remark`.
+    The runs differ in their seeds alone, and are trained together, in one program. Trackers show
+    them, with `films` also what the first episode of each task looks like, which is kept in the
+    run's folder. The progress line ends with `remark`.
     """
     keys = [jax.random.split(seeds.key(run.config.seed)) for run in runs]
     evaluator = make_evaluator(env, agent, evaluation)
@@ -103,18 +109,30 @@ def train(
             ]
         step = saved_step or 0
         logs = [stack.enter_context(MetricsLog(run.path, step=step)) for run in runs]
+        trackers = [
+            [stack.enter_context(tracker(run, step=step)) for tracker in shown_by] for run in runs
+        ]
+        filmer = make_filmer(env, agent, evaluation) if films else None
         progress = stack.enter_context(
             Progress(runs[0].config.method, total=schedule.steps, unit="updates", done=step)
         )
 
+        def tell(doing: str, time: int) -> None:
+            progress.advance(0, f"{doing}, {time} of {env.episode_length}")
+
         def evaluate_and_save() -> str:
             outcomes = []
-            for run, state, saved in zip(runs, states, checkpoints, strict=True):
-                outcome = evaluator(
-                    state.acting,
-                    lambda time: progress.advance(0, f"evaluating, {time} of {env.episode_length}"),
-                )
-                episodes.record(run.episodes_path, as_episodes(outcome, env, evaluation, step=step))
+            for run, state, saved, shown in zip(runs, states, checkpoints, trackers, strict=True):
+                outcome = evaluator(state.acting, partial(tell, "evaluating"))
+                rows = as_episodes(outcome, env, evaluation, step=step)
+                film = run.path / "films" / f"{step:09d}.mp4"
+                if filmer is not None:
+                    filmer(state.acting, film, partial(tell, "filming"))
+                for tracker in shown:
+                    tracker.scalars(step, evaluated(rows))
+                    if filmer is not None:
+                        tracker.film(step, FILM, film)
+                episodes.record(run.episodes_path, rows)
                 saved.save(state)
                 outcomes.append(outcome)
             return f"{_brief(outcomes)}{ending}"
@@ -125,8 +143,11 @@ def train(
         while step < schedule.steps:
             stop = schedule.next_stop(step)
             states, metrics = updates(states, step, stop)
-            for log, one in zip(logs, metrics, strict=True):
-                log.write(stop, one)
+            for log, shown, one in zip(logs, trackers, metrics, strict=True):
+                values = {name: float(value) for name, value in one.items()}
+                log.write(stop, values)
+                for tracker in shown:
+                    tracker.scalars(stop, values)
             progress.advance(stop - step, note)
             step = stop
             if schedule.evaluates(step):

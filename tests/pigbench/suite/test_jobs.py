@@ -43,7 +43,7 @@ def test_a_cell_is_trained_as_the_suite_says(suite):
     assert command.data == Path("elsewhere/double")
     assert command.out == OUT / "cube-double/h-flow-gcivl/3"
     assert (command.preset, command.agent.batch_size) == ("cpu", 256)
-    assert (command.rows, command.keep) == ("auto", "last")
+    assert (command.rows, command.keep, command.logger) == ("auto", "last", ("tensorboard",))
     assert (command.evaluate_every, command.evaluation.episodes) == (5_000, 20)
     assert command.agent.learning_rate == 1e-3
 

@@ -3,14 +3,14 @@
 import numpy as np
 
 from pigbench.training.evaluate import Evaluation, make_evaluator
-from pigbench.training.recording import record
+from pigbench.training.recording import make_recorder
 
 
 def test_the_evaluations_episodes(env, drawn):
     evaluation = Evaluation(episodes=2, seed=3)
     outcome = make_evaluator(env, drawn, evaluation)(None, print)
     reports = []
-    recordings = record(env, drawn, None, evaluation, reports.append)
+    recordings = make_recorder(env, drawn, evaluation)(None, reports.append)
     assert [recording.task for recording in recordings] == [1, 1, 2, 2]
     assert [recording.success for recording in recordings] == list(outcome["success"].ravel())
     steps = [len(recording.qpos) - 1 for recording in recordings]

@@ -1,0 +1,47 @@
+"""TensorBoard's events, in the run's folder `tensorboard`. It knows no films but GIFs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from tensorboardX import SummaryWriter
+from tensorboardX.proto.summary_pb2 import Summary
+
+from pigbench.support import files, pictures
+from pigbench.trackers.registry import register
+from pigbench.trackers.tracker import Tracker
+from pigbench.training.run import Run
+
+FOLDER = "tensorboard"
+
+
+class TensorBoard(Tracker):
+    """Events beyond the step that training goes on from are hidden."""
+
+    def __init__(self, run: Run, *, step: int) -> None:
+        super().__init__(run, step=step)
+        self._folder = run.path / FOLDER
+        self._events = SummaryWriter(str(self._folder), purge_step=step + 1)
+
+    def scalars(self, step: int, values: Mapping[str, float]) -> None:
+        """Written at once."""
+        with files.explaining_full_disk(self._folder):
+            for name, value in values.items():
+                self._events.add_scalar(name, value, step)
+            self._events.flush()
+
+    def film(self, step: int, name: str, path: Path) -> None:
+        """As a GIF, smaller."""
+        gif, height, width = pictures.gif_of_mp4(path)
+        image = Summary.Image(height=height, width=width, colorspace=3, encoded_image_string=gif)
+        summary = Summary(value=[Summary.Value(tag=name, image=image)])
+        with files.explaining_full_disk(self._folder):
+            assert self._events.file_writer is not None
+            self._events.file_writer.add_summary(summary, step)
+            self._events.flush()
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._events.close()
+
+
+register("tensorboard", TensorBoard)

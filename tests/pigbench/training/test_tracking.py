@@ -1,0 +1,78 @@
+"""What trackers are told as a run trains."""
+
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from pigbench import agents
+from pigbench.agents import Statistics
+from pigbench.data.sampler import Rows
+from pigbench.envs.rendering import Renderer
+from pigbench.errors import UserError
+from pigbench.trackers import Tracker
+from pigbench.training import metrics
+from pigbench.training import run as runs
+from pigbench.training.evaluate import Evaluation
+from pigbench.training.train import Schedule, train
+
+
+class Told(Tracker):
+    calls: ClassVar[list[tuple]] = []
+
+    def scalars(self, step, values):
+        self.calls.append((step, dict(values)))
+
+    def film(self, step, name, path):
+        self.calls.append((step, name, path))
+
+
+@pytest.fixture(scope="module")
+def drawing():
+    """Skips where nothing can be drawn."""
+    pytest.importorskip("av")
+    try:
+        with Renderer(1, width=64, height=48):
+            pass
+    except UserError as error:
+        pytest.skip(str(error))
+
+
+def test_metrics_success_rates_and_films_are_shown(drawing, env, tmp_path, config):
+    draws = np.random.default_rng(0)
+    rows = Rows.create(
+        draws.normal(size=(60, 28)).astype(np.float32),
+        draws.uniform(-1, 1, size=(60, 5)).astype(np.float32),
+        np.arange(60) % 20 == 19,
+    )
+    small = agents.AgentConfig(batch_size=8, actor_hidden_sizes=(8,))
+    agent = agents.build("gcbc", small, observation_size=28, action_size=5, layout=env.layout)
+    run = runs.open_run(tmp_path / "run", config, {}, Statistics.standard(28))
+    schedule = Schedule(steps=4, log_every=1, evaluate_every=4)
+    train(
+        [run],
+        agent,
+        rows,
+        env,
+        schedule=schedule,
+        evaluation=Evaluation(2),
+        shown_by=[Told],
+        films=True,
+    )
+    films = [call for call in Told.calls if len(call) == 3]
+    assert films == [
+        (step, "evaluation/film", run.path / f"films/{step:09d}.mp4") for step in (0, 4)
+    ]
+    import av
+
+    with av.open(films[-1][2]) as film:
+        frames = list(film.decode(video=0))
+    assert len(frames) == 2 + 7  # one step solves the first task, six do not the second
+    told = [call for call in Told.calls if len(call) == 2]
+    assert [step for step, _ in told] == [0, 1, 2, 3, 4, 4]
+    evaluation = told[-1][1]
+    assert evaluation["evaluation/success"] == 0.5
+    assert evaluation["evaluation/solved/success"] == 1.0
+    assert evaluation["evaluation/far/success"] == 0.0
+    logged = metrics.read(run.path)
+    assert [{"step": step, **values} for step, values in told[1:-1]] == logged
