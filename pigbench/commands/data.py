@@ -8,12 +8,13 @@ from typing import Annotated, NamedTuple
 
 import tyro
 
-from pigbench.data import dataset, filter, manifest
+from pigbench.data import dataset, filter, hub, manifest
 from pigbench.data.quality import CRITERIA, Limits
 from pigbench.errors import UserError, lookup
 from pigbench.report.formats import markdown_grid
 from pigbench.sharing import card
 from pigbench.sharing import data as sharing
+from pigbench.support import files
 
 
 class Format(NamedTuple):
@@ -139,6 +140,52 @@ class Card:
     def run(self) -> None:
         """Write the file."""
         print(f"{sharing.write(dataset.load(self.folder), license=self.license)} is written")
+
+
+@dataclasses.dataclass(frozen=True)
+class Push:
+    """Put a data set into a repository of the Hugging Face hub, with its card.
+
+    Log in with `hf auth login`, or set HF_TOKEN. Run the same command again after it was cut off:
+    files that are there are not sent again.
+    """
+
+    repository: tyro.conf.Positional[str]
+    """Repository, as owner/name; made if there is none."""
+    data: Path
+    """Folder of the data set."""
+    private: bool = False
+    """Make a repository that others do not see."""
+    license: str = card.LICENSE
+    """Licence in the card, where there is no card yet."""
+
+    def run(self) -> None:
+        """Write the card if need be, and send all."""
+        data = dataset.load(self.data)
+        if not (self.data / card.FILE_NAME).exists():
+            sharing.write(data, license=self.license)
+        print(f"{self.data} is at {hub.push(data, self.repository, private=self.private)}")
+
+
+@dataclasses.dataclass(frozen=True)
+class Pull:
+    """Fetch a data set from a repository of the Hugging Face hub, and verify every byte.
+
+    Run the same command again after it was cut off: files that are there are not fetched again.
+    """
+
+    repository: tyro.conf.Positional[str]
+    """Repository, as owner/name."""
+    out: Path
+    """Folder of the data set."""
+    revision: str | None = None
+    """Branch, tag or commit; by default the main branch."""
+
+    def run(self) -> None:
+        """Fetch what is missing."""
+        files.require_folder(self.out)
+        hub.pull(self.repository, self.out, revision=self.revision)
+        print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
 
 
 @dataclasses.dataclass(frozen=True)
