@@ -45,7 +45,9 @@ COMMANDS = {
     "data card": Command("data", "Card", "write a data set's README, as hubs want it"),
     "data push": Command("data", "Push", "put a data set on the Hugging Face hub", resumes=True),
     "data pull": Command("data", "Pull", "fetch a data set from the hub", resumes=True),
-    "data import": Command("data", "Import", "make a data set of OGBench's files", resumes=True),
+    "data import": Command(
+        "data", "Import", "make a data set of OGBench's files, or of a robot's logs", resumes=True
+    ),
     "data render": Command("render", "RenderData", "an episode of a data set as a film"),
     "train": Command("train", "Train", "train one method, with one seed or several", resumes=True),
     "evaluate": Command("evaluate", "Evaluate", "roll out a trained policy on every task"),

@@ -18,13 +18,14 @@ from pigbench.support import files
 
 
 class Format(NamedTuple):
-    """A format: its module, the options that its `write` has, and whether it has a `read`.
+    """A format: its module, whether that has `write` and `read`, and the options of the former.
 
     Modules are imported when they are needed: looking at a data set takes no simulator.
     """
 
     module: str
     options: tuple[str, ...] = ()
+    writes: bool = True
     reads: bool = False
 
 
@@ -32,6 +33,7 @@ _FORMATS = {
     "ogbench": Format("pigbench.data.ogbench", ("rows_per_file", "goals"), reads=True),
     "minari": Format("pigbench.data.minari"),
     "lerobot": Format("pigbench.data.lerobot"),
+    "log": Format("pigbench.data.logs", writes=False, reads=True),
 }
 
 
@@ -116,7 +118,8 @@ class Export:
 
     def run(self) -> None:
         """Write the files."""
-        form = lookup("format", _FORMATS, self.format)
+        writable = {name: form for name, form in _FORMATS.items() if form.writes}
+        form = lookup("format", writable, self.format)
         asked = {"rows_per_file": self.rows_per_file, "goals": self.goals}
         for name, value in asked.items():
             if name not in form.options and value != getattr(type(self), name):
@@ -190,15 +193,16 @@ class Pull:
 
 @dataclasses.dataclass(frozen=True)
 class Import:
-    """Make a data set of OGBench's files, or of what `pigbench data export` wrote.
+    """Make a data set of OGBench's files, of `pigbench data export`'s, or of a robot's logs.
 
-    The files of validation, F-val.npz beside F.npz, are read too.
+    The files of validation, F-val.npz beside F.npz, are read too. Of logs (an episode a file, or a
+    LeRobot v3 folder of a UR5e), which columns there must be, and in what units, is in README.
 
     Run the same command again after it was cut off: finished shards are kept.
     """
 
     files: tyro.conf.Positional[tuple[Path, ...]]
-    """Files of the training split, or a folder of them."""
+    """Files of the training split, or a folder of them. Of logs, every tenth is for validation."""
     environment: str
     """Environment that the data is from; see `pigbench list envs`."""
     out: Path
@@ -206,7 +210,7 @@ class Import:
     physics: str = "exact"
     """Physics profile in which policies trained on the data are evaluated."""
     format: str = "ogbench"
-    """Format of the files."""
+    """Format of the files: ogbench or log."""
 
     def run(self) -> None:
         """Import what is missing."""

@@ -1,0 +1,271 @@
+"""An episode of a log at the control step's rate, in the simulation's frame, with its actions.
+
+Between two rows all moves on a straight line, quaternions along the shorter arc; what is commanded
+or done holds until the next row.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pigbench.data.logs.columns import TARGETS, Table, groups
+from pigbench.envs import CubeEnv, robot, servo
+from pigbench.envs.control import ACTION_SCALE
+from pigbench.envs.observation import PAD_FORCE_SCALE
+from pigbench.envs.physics import PhysicsState
+from pigbench.envs.scene import CONTROL_STEP
+from pigbench.errors import UserError
+
+BASE_YAW = -np.pi / 2
+"""How the controller's base frame is turned about the world's z: its x axis is the world's -y."""
+
+GAP = 0.15
+"""Seconds between two rows from which the log has a gap, which is bridged and reported."""
+LONGEST_GAP = 1.0
+"""Seconds from which nobody knows what happened."""
+SLOWEST, FASTEST = 0.2, 0.0005
+"""Seconds between rows, the median, that a log can have."""
+JUMP = 0.05
+"""Metres that no cube moves between two control steps but by a wrong estimate."""
+FASTEST_JOINT = 3.5
+"""rad/s that no joint of a UR5e exceeds: its limit is 3.14."""
+FARTHEST_TARGET = 0.25
+"""Metres from the gripper to what is commanded, the median, if both are in one frame."""
+REACH = 1.1
+"""Metres from the robot's foot to an object that it can get at."""
+
+_BLOCK = 512  # rows
+_forward = jax.jit(jax.vmap(servo.pinch))
+
+
+@dataclass(frozen=True)
+class LoggedEpisode:
+    """An episode of a log at control steps, in the world's frame; `notes` is what to know of it."""
+
+    name: str
+    joint_pos: np.ndarray  # (steps, 6) rad
+    joint_vel: np.ndarray  # (steps, 6) rad/s
+    opening: np.ndarray  # (steps,) 0 open to 1 shut
+    contact: np.ndarray  # (steps,) 0 to 1
+    object_pos: np.ndarray  # (steps, 3) m
+    object_quat: np.ndarray  # (steps, 4)
+    actions: np.ndarray  # (steps, 5)
+    notes: tuple[str, ...]
+
+
+def prepare(name: str, table: Table) -> LoggedEpisode:
+    """An episode of a table. UserError, in one line, for what cannot be true of a robot."""
+    found = groups(name, table)
+    time = found["time"][:, 0]
+    _check_clock(name, time)
+    grid = time[0] + CONTROL_STEP * np.arange(int((time[-1] - time[0]) / CONTROL_STEP + 1e-6) + 1)
+    if len(grid) < 2:
+        raise UserError(
+            f"{name} is {time[-1] - time[0]:.2f} s long: two control steps are the least"
+        )
+    linear, holding = partial(_linear, time, grid), partial(_holding, time, grid)
+    joint_pos = linear(_near_home(found["joint_pos"]))
+    velocity = np.gradient(joint_pos, CONTROL_STEP, axis=0)
+    joint_vel = linear(found["joint_vel"]) if "joint_vel" in found else velocity
+    _check_velocities(name, joint_vel, velocity)
+    opening = np.clip(linear(found["gripper_opening"])[:, 0], 0.0, 1.0)
+    known = "gripper_contact" in found
+    contact = linear(found["gripper_contact"])[:, 0] if known else _stands_between(opening)
+    pos = _to_world(linear(found["object_pos"]))
+    if np.linalg.norm(pos[:, :2], axis=-1).min() > REACH:
+        raise UserError(f"{name}: the object is never within {REACH} m of the robot's base")
+    quat = _turned(linear(_same_sign(name, found["object_quat"])))
+    if set(TARGETS) <= found.keys():
+        targets = {key: holding(found[key]) for key in TARGETS}
+        actions = _recovered(name, joint_pos, opening, targets)
+    else:
+        actions = holding(found["action"])
+        _check_rate(name, time)
+    return LoggedEpisode(
+        name=name,
+        joint_pos=joint_pos,
+        joint_vel=joint_vel,
+        opening=opening,
+        contact=np.clip(contact, 0.0, 1.0),
+        object_pos=pos,
+        object_quat=quat,
+        actions=np.clip(actions, -1.0, 1.0),
+        notes=(*_gaps(time), *_outliers(velocity, pos), *_clipped(actions)),
+    )
+
+
+def observe(env: CubeEnv, episodes: list[LoggedEpisode]) -> np.ndarray:
+    """The environment's observations of all steps, one episode after the other, (rows, o)."""
+
+    def joined(field: str) -> jax.Array:
+        return jnp.asarray(np.concatenate([getattr(one, field) for one in episodes]), jnp.float32)
+
+    model, scene = env.scene.model, env.scene
+    home, still = jnp.asarray(scene.home_qpos, jnp.float32), jnp.zeros(model.nv)
+
+    def observe(joint_pos, joint_vel, opening, contact, object_pos, object_quat) -> jax.Array:
+        pose = jnp.concatenate([object_pos, object_quat])
+        qpos = home.at[scene.arm].set(joint_pos).at[scene.cubes_qpos].set(pose)
+        pinch_pos, pinch_yaw = servo.pinch(joint_pos)
+        seen = PhysicsState(
+            qpos=qpos.at[scene.driver].set(robot.GRIPPER_CLOSED * opening),
+            qvel=still.at[scene.arm].set(joint_vel),
+            warmstart=still,
+            pinch_pos=pinch_pos,
+            pinch_yaw=pinch_yaw,
+            pad_force=contact / PAD_FORCE_SCALE,
+            diverged=jnp.zeros((), bool),
+            overflow=jnp.zeros((), bool),
+        )
+        return env.observe(seen)
+
+    names = ("joint_pos", "joint_vel", "opening", "contact", "object_pos", "object_quat")
+    return np.asarray(jax.jit(jax.vmap(observe))(*map(joined, names)))
+
+
+def _check_clock(name: str, time: np.ndarray) -> None:
+    if len(time) < 2:
+        raise UserError(f"{name} has {len(time)} rows: two are the least")
+    steps = np.diff(time)
+    if (steps <= 0).any():
+        row = int((steps <= 0).argmax()) + 1
+        how = "stands still" if steps[row - 1] == 0 else f"goes back by {-steps[row - 1]:g} s"
+        raise UserError(f"{name}: time {how} in row {row}")
+    usual = float(np.median(steps))
+    if usual > SLOWEST:
+        raise UserError(f"{name}: rows are {usual:g} s apart: time must be in seconds, is it not?")
+    if usual < FASTEST:
+        raise UserError(f"{name}: rows are {usual:g} s apart, more often than any robot tells")
+    if steps.max() > LONGEST_GAP:
+        row = int(steps.argmax()) + 1
+        raise UserError(
+            f"{name}: time jumps by {steps.max():g} s in row {row}: a gap, or two clocks"
+        )
+
+
+def _check_velocities(name: str, joint_vel: np.ndarray, velocity: np.ndarray) -> None:
+    """That joints move as fast as they say: else a unit is wrong, or they are of two clocks."""
+    moved, said = np.std(velocity), np.std(joint_vel)
+    if moved < 0.02 and said < 0.02:
+        return
+    ratio = said / max(moved, 1e-9)
+    if not 1 / 3 < ratio < 3:
+        raise UserError(
+            f"{name}: joint_vel is {ratio:.2g} times what joint_pos changes by: a wrong unit, of "
+            "either or of time"
+        )
+    if np.mean(joint_vel * velocity) < 0.3 * moved * said:
+        raise UserError(
+            f"{name}: joint_vel is not what joint_pos changes by: are they of two clocks?"
+        )
+
+
+def _check_rate(name: str, time: np.ndarray) -> None:
+    usual = float(np.median(np.diff(time)))
+    if not np.isclose(usual, CONTROL_STEP, rtol=0.1):
+        raise UserError(
+            f"{name}: actions are moves of {CONTROL_STEP} s, and rows are {usual:g} s apart: tell "
+            "commanded poses (target_x ...) instead"
+        )
+
+
+def _recovered(name: str, joint_pos: np.ndarray, opening: np.ndarray, targets: Table) -> np.ndarray:
+    """The actions (steps, 5) that ask for commanded poses, from where the gripper is."""
+    here, yaw = _pinch(joint_pos)
+    way = _to_world(targets["target_pos"]) - here
+    far = float(np.median(np.linalg.norm(way, axis=-1)))
+    if far > FARTHEST_TARGET:
+        raise UserError(
+            f"{name}: what is commanded is {far:.2f} m from the gripper (median): both must be in "
+            "the robot's base frame"
+        )
+    turn = targets["target_yaw"][:, 0] + BASE_YAW - yaw
+    turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
+    grip = targets["target_opening"][:, 0] - opening
+    return np.column_stack([way, turn, grip]) / np.array(ACTION_SCALE)
+
+
+def _pinch(joint_pos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where joint angles (rows, 6) put the pinch point, (rows, 3) metres, and its yaw, radians."""
+    rows = len(joint_pos)
+    # To whole blocks, so that not every length is compiled anew.
+    padded = np.pad(np.float32(joint_pos), ((0, -rows % _BLOCK), (0, 0)), mode="edge")
+    pos, yaw = _forward(padded)
+    return np.asarray(pos)[:rows], np.asarray(yaw)[:rows]
+
+
+def _near_home(joint_pos: np.ndarray) -> np.ndarray:
+    """The same angles (rows, 6) without leaps, whole turns such that they begin near home."""
+    angles = np.unwrap(joint_pos, axis=0)
+    return angles - 2 * np.pi * np.round((angles[0] - np.array(robot.HOME)) / (2 * np.pi))
+
+
+def _stands_between(opening: np.ndarray) -> np.ndarray:
+    """Contact, by fingers that were stopped on their way: neither moving, nor open, nor shut."""
+    still = np.abs(np.gradient(opening)) < 0.01
+    return (still & (opening > 0.1) & (opening < 0.95)).astype(float)
+
+
+def _linear(time: np.ndarray, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.column_stack([np.interp(grid, time, column) for column in values.T])
+
+
+def _holding(time: np.ndarray, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """The last value at or before each time of the grid; clocks may differ by a tenth of a step."""
+    rows = np.searchsorted(time, grid + 0.1 * CONTROL_STEP, side="right") - 1
+    return values[np.maximum(rows, 0)]
+
+
+def _to_world(pos: np.ndarray) -> np.ndarray:
+    """Positions (..., 3) in the base frame as they are in the world's."""
+    cos, sin = np.cos(BASE_YAW), np.sin(BASE_YAW)
+    return pos @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]).T
+
+
+def _same_sign(name: str, quats: np.ndarray) -> np.ndarray:
+    """The same rotations (rows, 4), each by the quaternion nearer to that before."""
+    length = np.linalg.norm(quats, axis=-1)
+    if np.abs(length - 1).max() > 0.05:
+        row = int(np.abs(length - 1).argmax())
+        raise UserError(
+            f"{name}: the object's quaternion has length {length[row]:.2f} in row {row}, not 1"
+        )
+    signs = np.where(np.sum(quats[1:] * quats[:-1], axis=-1) < 0, -1.0, 1.0)
+    return quats * np.cumprod([1.0, *signs])[:, None]
+
+
+def _turned(quats: np.ndarray) -> np.ndarray:
+    """Quaternions (steps, 4) in the base frame as they are in the world's, of length 1."""
+    turned = Rotation.from_euler("z", BASE_YAW) * Rotation.from_quat(quats, scalar_first=True)
+    return turned.as_quat(scalar_first=True)
+
+
+def _gaps(time: np.ndarray) -> list[str]:
+    steps = np.diff(time)
+    return [
+        f"a gap of {steps[row]:.2f} s at {time[row] - time[0]:.2f} s is bridged"
+        for row in np.flatnonzero(steps > GAP)
+    ]
+
+
+def _outliers(velocity: np.ndarray, pos: np.ndarray) -> list[str]:
+    fast = np.abs(velocity).max(axis=-1) > FASTEST_JOINT
+    jumps = np.linalg.norm(np.diff(pos, axis=0), axis=-1) > JUMP
+    found = {
+        f"a joint is faster than {FASTEST_JOINT} rad/s": fast,
+        f"the object moves by more than {100 * JUMP:g} cm": jumps,
+    }
+    return [
+        f"{what} in {outlying.sum()} steps, first at {CONTROL_STEP * outlying.argmax():.2f} s"
+        for what, outlying in found.items()
+        if outlying.any()
+    ]
+
+
+def _clipped(actions: np.ndarray) -> list[str]:
+    beyond = np.abs(actions[:, :4]).max(axis=-1) > 1
+    return [f"{beyond.sum()} of {len(beyond)} actions are clipped to 1"] if beyond.any() else []

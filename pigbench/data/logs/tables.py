@@ -1,0 +1,74 @@
+"""Reading a log's table of a file: CSV, or Parquet where pyarrow is installed."""
+
+import csv
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pigbench.data.logs.columns import Table
+from pigbench.errors import UserError
+from pigbench.support import files
+from pigbench.support.extras import required
+
+
+def read(path: Path) -> Table:
+    """The columns of a file whose name ends in one of `READERS`. UserError for what is wrong."""
+    if path.suffix not in READERS:
+        raise UserError(f"{path} does not end in {' or '.join(READERS)}, as logs do")
+    if not path.is_file():
+        raise UserError(f"{path} does not exist")
+    return READERS[path.suffix](path)
+
+
+def _read_csv(path: Path) -> Table:
+    try:
+        header, *lines = list(csv.reader(files.read_text(path).splitlines())) or [[]]
+    except csv.Error as error:
+        raise UserError(f"{path} is torn: {error}") from None
+    names = [name.strip() for name in header]
+    for name in names:
+        if names.count(name) > 1:
+            raise UserError(f"{path} has two columns named {name!r}")
+    for row, line in enumerate(lines):
+        if len(line) != len(names):
+            raise UserError(f"{path} has {len(line)} cells in row {row}, under {len(names)} names")
+    return {
+        name: np.array([_number(line[place]) for line in lines]) for place, name in enumerate(names)
+    }
+
+
+def _number(cell: str) -> float:
+    """The cell's number; of other cells, which no column that is needed may have, not a number."""
+    try:
+        return float(cell)
+    except ValueError:
+        return math.nan
+
+
+def _read_parquet(path: Path) -> Table:
+    table = parquet(path)
+    return {
+        name: table.column(name).to_numpy().astype(float)
+        for name in table.column_names
+        if _is_number(table.schema.field(name).type)
+    }
+
+
+def parquet(path: Path) -> Any:
+    """A file as pyarrow has it. UserError if it is torn, or pyarrow is not installed."""
+    pa, pq = required("pyarrow", "pyarrow.parquet", extra="share")
+    try:
+        return pq.read_table(path)
+    except (pa.ArrowException, OSError) as error:
+        raise UserError(f"{path} is torn: {error}") from None
+
+
+def _is_number(kind: Any) -> bool:
+    (types,) = required("pyarrow.types", extra="share")
+    return types.is_floating(kind) or types.is_integer(kind) or types.is_boolean(kind)
+
+
+READERS: Mapping[str, Callable[[Path], Table]] = {".csv": _read_csv, ".parquet": _read_parquet}
