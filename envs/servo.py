@@ -19,7 +19,6 @@ MAX_STEPS = 20  # a move of one action takes two or three
 
 Carry = tuple[jax.Array, jax.Array, jax.Array]  # steps done, joints, whether they are still far
 
-_MOUNT, _BASE = (np.array(link.quat, np.float32) for link in robot.ARM[-2:])
 _CHAIN = robot.ARM[: 1 + max(i for i, link in enumerate(robot.ARM) if link.joint)]
 
 
@@ -68,7 +67,8 @@ def pinch(joints: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where joint angles (6,) put the pinch point, (3,) metres, and its yaw (), radians."""
     tip, rotation, *_ = flange(joints)
     to_pinch = robot.GRIPPER_MOUNT + robot.GRIPPER_BASE + robot.PINCH_HEIGHT
-    turned = rotation @ quat_rotation(_MOUNT) @ quat_rotation(_BASE)
+    mount, base = (quat_rotation(jnp.array(link.quat, jnp.float32)) for link in robot.ARM[-2:])
+    turned = rotation @ mount @ base
     pos = tip + rotation @ jnp.array([0.0, to_pinch, 0.0])
     return pos, jnp.arctan2(turned[1, 0], turned[0, 0])
 

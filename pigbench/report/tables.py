@@ -171,7 +171,7 @@ def threshold_table(
     theirs = {
         (label, f"paper, {_centimetres(distance)} cm"): Estimate(float(percent))
         for label, cell in rows.items()
-        for distance, percent in paper.ROBOT.get(tuple(cell), {}).items()
+        for distance, percent in paper.ROBOT.get((cell.method, cell.environment), {}).items()
     }
     estimates = ours | theirs
     return Table(
