@@ -1,8 +1,15 @@
-"""A small data set and a run on it, as commands would have left them; nothing is simulated."""
+"""A small data set and a run on it, as commands would have left them, nothing being simulated; and
+commands as processes of their own, which tests start, wait for, and kill.
+"""
 
+import json
 import math
 import os
 import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import jax
@@ -27,6 +34,71 @@ TRAIN = (
     "train gcbc --preset cpu --agent.batch-size 8 --agent.actor-hidden-sizes 8 "
     "--steps 1 --evaluate-every 1 --evaluation.episodes 1"
 )
+
+
+class Server:
+    """What `server.py` answers to; commands run in the tests' folder, with one thread of XLA."""
+
+    def __init__(self, cache: Path) -> None:
+        self._server = subprocess.Popen(
+            [sys.executable, "-P", str(Path(__file__).with_name("server.py"))],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={
+                **os.environ,
+                "JAX_COMPILATION_CACHE_DIR": str(cache),
+                "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+                "NPROC": "1",
+            },
+        )
+        self._answer()
+
+    def start(self, command: str, log: Path) -> int:
+        """The process id of a `pigbench` command, whose output is added to `log`."""
+        return int(self._ask([shlex.split(command), os.getcwd(), str(log)]))
+
+    def wait(self, process: int) -> int:
+        """Its exit status; that of a killed one is the signal's number, negative."""
+        return int(self._ask(process))
+
+    def run(self, command: str, log: Path) -> int:
+        """From start to end."""
+        return self.wait(self.start(command, log))
+
+    def close(self) -> None:
+        """Ends the server."""
+        self._server.kill()
+        self._server.communicate()
+
+    def _ask(self, question: object) -> str:
+        assert self._server.stdin is not None
+        self._server.stdin.write(json.dumps(question) + "\n")
+        self._server.stdin.flush()
+        return self._answer()
+
+    def _answer(self) -> str:
+        assert self._server.stdout is not None
+        answer = self._server.stdout.readline()
+        assert answer, "the server has ended"
+        return answer
+
+
+@pytest.fixture
+def place(prepared, tmp_path, monkeypatch) -> Path:
+    """Copies of DATA and RUN, in the folder that commands run in."""
+    for name in ("DATA", "RUN"):
+        shutil.copytree(prepared / name, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory) -> Iterator[Server]:
+    """Starts commands."""
+    server = Server(tmp_path_factory.mktemp("compiled"))
+    yield server
+    server.close()
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,8 @@
 """Starts commands by forking a process that has imported them: real processes that start cheaply.
 
-Run as a script. A line on standard input is JSON: the arguments and the file for what the command
-says; the answer is its process id. Another is a process id: the answer is the exit status, once it
-has ended. Nothing here lets JAX start, so that forking is safe.
+Run as a script. A line on standard input is JSON: the arguments, the folder to run in, and the
+file for what the command says; the answer is its process id. Another is a process id: the answer
+is the exit status, once it has ended. Nothing here lets JAX start, so that forking is safe.
 """
 
 import json
@@ -24,12 +24,13 @@ from pigbench.commands import (  # noqa: F401  imported here, not in each proces
 )
 
 
-def start(arguments: Sequence[str], log: str) -> int:
+def start(arguments: Sequence[str], folder: str, log: str) -> int:
     """The process of a command, which leads a group of its own."""
     child = os.fork()
     if child:
         return child
     os.setsid()
+    os.chdir(folder)
     output = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     for descriptor in (sys.stdout.fileno(), sys.stderr.fileno()):
         os.dup2(output, descriptor)

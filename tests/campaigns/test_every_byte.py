@@ -7,7 +7,6 @@ whose reading takes long, 3,000.
 import functools
 import json
 import random
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -93,17 +92,16 @@ CASES = {
 
 
 @pytest.fixture
-def place(prepared, tmp_path) -> Path:
-    for name in ("DATA", "RUN"):
-        shutil.copytree(prepared / name, tmp_path / name)
-    (tmp_path / "suite.toml").write_text(SUITE)
-    spec.write(tmp_path / "suite.json", spec.read(tmp_path / "suite.toml"))
-    whole = manifest.read(tmp_path / "DATA")
-    (tmp_path / "BEGUN").mkdir()
-    manifest.write(tmp_path / "BEGUN", manifest.Manifest(whole.spec))
+def with_suite(place) -> Path:
+    """The same, with a suite's state, and data that are being written."""
+    (place / "suite.toml").write_text(SUITE)
+    spec.write(place / "suite.json", spec.read(place / "suite.toml"))
+    whole = manifest.read(place / "DATA")
+    (place / "BEGUN").mkdir()
+    manifest.write(place / "BEGUN", manifest.Manifest(whole.spec))
     for record in whole.shards:
-        manifest.add(tmp_path / "BEGUN", record)
-    return tmp_path
+        manifest.add(place / "BEGUN", record)
+    return place
 
 
 def flips(files: list[Path], count: int) -> Iterator[tuple[Path, int, int]]:
@@ -117,7 +115,8 @@ def flips(files: list[Path], count: int) -> Iterator[tuple[Path, int, int]]:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_it_is_found_or_harmless(name, place, whole_campaign, capsys):
+def test_it_is_found_or_harmless(name, with_suite, whole_campaign, capsys):
+    place = with_suite
     case = CASES[name]
     files = [path for path in case.files(place) if path.stat().st_size]
     expected = case.read(place)

@@ -80,15 +80,6 @@ def opened(command: str, monkeypatch) -> int | None:
     return None
 
 
-@pytest.fixture
-def place(prepared, tmp_path, monkeypatch) -> Path:
-    """Copies of DATA and RUN, in the folder that commands run in."""
-    for name in READERS:
-        shutil.copytree(prepared / name, tmp_path / name)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def test_the_trap_works(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     np.load(io.BytesIO(as_array()), allow_pickle=True)

@@ -114,7 +114,7 @@ def test_an_altered_row_is_named_by_its_line(tmp_path):
     path = tmp_path / "episodes.csv"
     episodes.record(path, [episode(100, 1, 0), episode(100, 1, 1)])
     text = path.read_text()
-    for altered in (text.replace(",1,1,7,", ",1,3,7,"), f"{text}{text.splitlines()[1]},\n"):
+    for altered in (text.replace(",1,7,", ",3,7,"), f"{text}{text.splitlines()[1]},\n"):
         path.write_text(altered)
         with pytest.raises(UserError, match=r"is altered: line [34] has not the checksum"):
             episodes.read(path)
