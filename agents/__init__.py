@@ -1,57 +1,21 @@
-"""Offline goal-conditioned agents: losses, regularisers, networks, and the methods made of them."""
+"""Offline goal-conditioned agents: losses, regularisers, networks, and the methods made of them.
 
-from pigbench.agents.agent import Agent, Metrics, Params
-from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
-from pigbench.agents.config import AgentConfig
-from pigbench.agents.constraints import Constraint
-from pigbench.agents.crl import CRL, CRLConfig
-from pigbench.agents.gcbc import GCBC
-from pigbench.agents.gciql import GCIQL, GCIQLConfig
-from pigbench.agents.gcivl import GCIVL, GCIVLConfig
-from pigbench.agents.hierarchy import FlowHierarchy, FlowHierarchyConfig
-from pigbench.agents.hiql import HIQL, HIQLConfig
-from pigbench.agents.learner import TrainState, create, update
-from pigbench.agents.qrl import QRL, QRLConfig
-from pigbench.agents.registry import Method, build, get, hierarchy, names, register
-from pigbench.agents.regularizers import Regularizer
-from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
-from pigbench.agents.statistics import Statistics
+The names of methods are known without JAX; what `exports` names is imported when it is asked for.
+"""
 
-__all__ = [
-    "CRL",
-    "GCBC",
-    "GCIQL",
-    "GCIVL",
-    "HIQL",
-    "QRL",
-    "Agent",
-    "AgentConfig",
-    "Batch",
-    "CRLConfig",
-    "Constraint",
-    "FlowClone",
-    "FlowCloneConfig",
-    "FlowHierarchy",
-    "FlowHierarchyConfig",
-    "GCIQLConfig",
-    "GCIVLConfig",
-    "GoalMixture",
-    "HIQLConfig",
-    "Method",
-    "Metrics",
-    "Params",
-    "QRLConfig",
-    "Regularizer",
-    "Sampling",
-    "Statistics",
-    "SubgoalSampling",
-    "Subgoals",
-    "TrainState",
-    "build",
-    "create",
-    "get",
-    "hierarchy",
-    "names",
-    "register",
-    "update",
-]
+import importlib
+import importlib.util
+from typing import TYPE_CHECKING, Any
+
+from pigbench.agents.catalogue import names as names
+from pigbench.agents.catalogue import summaries as summaries
+
+if TYPE_CHECKING:
+    from pigbench.agents.exports import *  # noqa: F403
+
+
+def __getattr__(name: str) -> Any:
+    if name.startswith("__") or importlib.util.find_spec(f"{__name__}.{name}"):
+        # A module of this package is not imported by asking for it here.
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.exports"), name)

@@ -5,14 +5,16 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from pigbench.agents import catalogue
 from pigbench.agents.agent import Agent
+from pigbench.agents.catalogue import summaries
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.crl import CRL, CRLConfig
+from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
 from pigbench.agents.gciql import GCIQL, GCIQLConfig
 from pigbench.agents.gcivl import GCIVL, GCIVLConfig
-from pigbench.agents.hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.hiql import HIQL, HIQLConfig
 from pigbench.agents.qrl import QRL, QRLConfig
 from pigbench.agents.regularizers import Regularizer
@@ -94,11 +96,7 @@ def register(method: Method) -> None:
     if method.name in _METHODS:
         raise UserError(f"method {method.name!r} is already registered: choose another name")
     _METHODS[method.name] = method
-
-
-def names() -> tuple[str, ...]:
-    """The names of all methods, in order of registration."""
-    return tuple(_METHODS)
+    catalogue.add(method.name, method.summary)
 
 
 def get(name: str) -> Method:
@@ -139,75 +137,75 @@ for _method in (
         name="gcivl",
         agent=GCIVL,
         config=GCIVLConfig(),
-        summary="goal-conditioned implicit value learning with an advantage-weighted actor",
+        summary=summaries()["gcivl"],
     ),
     Method(
         name="eik-gcivl",
         agent=GCIVL,
         config=GCIVLConfig(regularizer=Regularizer("eikonal")),
-        summary="GCIVL with the Eikonal residual: the value's gradient has norm 1",
+        summary=summaries()["eik-gcivl"],
     ),
     Method(
         name="hjb-gcivl",
         agent=GCIVL,
         config=GCIVLConfig(regularizer=Regularizer("hjb")),
-        summary="GCIVL with the HJB residual: the value rises by 1 along observed motion",
+        summary=summaries()["hjb-gcivl"],
     ),
     Method(
         name="qrl",
         agent=QRL,
         config=QRLConfig(),
-        summary="quasimetric RL: the largest distances with no step longer than 1",
+        summary=summaries()["qrl"],
     ),
     Method(
         name="eik-qrl",
         agent=QRL,
         config=QRLConfig(constraint=Constraint("eikonal")),
-        summary="QRL with the Eikonal constraint: the distance's gradient has norm 1 at most",
+        summary=summaries()["eik-qrl"],
     ),
     Method(
         name="hjb-qrl",
         agent=QRL,
         config=QRLConfig(constraint=Constraint("hjb")),
-        summary="QRL with the HJB constraint: the distance falls by 1 along observed motion",
+        summary=summaries()["hjb-qrl"],
     ),
     Method(
         name="gcbc",
         agent=GCBC,
         config=AgentConfig(),
-        summary="goal-conditioned behaviour cloning",
+        summary=summaries()["gcbc"],
     ),
     Method(
         name="gciql",
         agent=GCIQL,
         config=GCIQLConfig(),
-        summary="goal-conditioned implicit Q-learning with a DDPG+BC actor",
+        summary=summaries()["gciql"],
     ),
     Method(
         name="crl",
         agent=CRL,
         config=CRLConfig(),
-        summary="contrastive RL: a critic that tells a pair's own future from that of others",
+        summary=summaries()["crl"],
     ),
     Method(
         name="hiql",
         agent=HIQL,
         config=HIQLConfig(),
-        summary="one implicit value, and a policy of subgoals in its representation above another",
+        summary=summaries()["hiql"],
     ),
     hierarchy(
         "sharsa",
         FlowClone,
         FlowCloneConfig(),
         low_level_representation="full",
-        summary="the best of a flow's subgoals by a SARSA critic, followed by a flow clone",
+        summary=summaries()["sharsa"],
     ),
     hierarchy(
         "dsharsa",
         FlowClone,
         FlowCloneConfig(candidates=32),
         low_level_representation="full",
-        summary="SHARSA whose low level takes the best of its flow's actions by its own critic",
+        summary=summaries()["dsharsa"],
     ),
 ):
     register(_method)
@@ -225,6 +223,6 @@ for _name, _low in {
             _name,
             get(_low).agent,
             get(_low).config,
-            summary=f"SHARSA's high level over {_low} on joints and contacts",
+            summary=summaries()[_name],
         )
     )

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import tyro
 
-from pigbench import envs
+from pigbench import agents, envs
 from pigbench.errors import lookup
 
 
@@ -21,9 +21,7 @@ def _environments() -> list[tuple[str, str]]:
 
 
 def _methods() -> list[tuple[str, str]]:
-    from pigbench import agents  # takes JAX and a second
-
-    return [(name, agents.get(name).summary) for name in agents.names()]
+    return list(agents.summaries().items())
 
 
 _TOPICS: dict[str, Callable[[], list[tuple[str, str]]]] = {

@@ -8,7 +8,7 @@ import tyro
 
 from pigbench import agents, envs
 from pigbench.errors import UserError, lookup
-from pigbench.report import plots, stats, tables
+from pigbench.report import stats, tables
 from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Result
 from pigbench.training.run import read_run
@@ -72,6 +72,8 @@ class Plot:
 
     def run(self) -> None:
         """Draw the picture."""
+        from pigbench.report import plots  # takes Matplotlib, and tables do without
+
         plots.plot(
             _results(self.runs), self.out, kind=self.kind, order=order(), scoring=self.scoring
         )

@@ -11,7 +11,7 @@ from pigbench.report.scoring import Scoring, milestones, task_success
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
 from pigbench.report.tables import ordered
-from pigbench.training.milestones import MEASURES
+from pigbench.training.measures import MEASURES
 
 _HEIGHT = 2.1  # inches
 _BAR = 0.11

@@ -12,7 +12,7 @@ from pigbench.report import bootstrap, measures, stats
 from pigbench.report.stats import Estimate, Result
 from pigbench.seeds import Seed
 from pigbench.training.episodes import Episode
-from pigbench.training.milestones import MEASURES
+from pigbench.training.measures import MEASURES
 
 _AVERAGED = 3
 

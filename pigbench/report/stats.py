@@ -18,7 +18,7 @@ from pigbench.report.bootstrap import Interval
 from pigbench.support.compare import first_difference
 from pigbench.training import episodes
 from pigbench.training.episodes import Episode
-from pigbench.training.milestones import MEASURES, Measure
+from pigbench.training.measures import MEASURES, Measure
 from pigbench.training.run import Run
 
 Key = TypeVar("Key", bound=Hashable)

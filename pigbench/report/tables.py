@@ -15,7 +15,7 @@ from pigbench.report.scoring import (
     thresholds,
 )
 from pigbench.report.stats import Estimate, Result
-from pigbench.training.milestones import MEASURES
+from pigbench.training.measures import MEASURES
 
 __all__ = [
     "TABLES",

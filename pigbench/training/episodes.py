@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from pigbench.errors import UserError
 from pigbench.support import files
-from pigbench.training.milestones import MEASURES, Value
+from pigbench.training.measures import MEASURES, Value
 
 
 class Episode(NamedTuple):

@@ -18,7 +18,8 @@ from pigbench.seeds import Seed
 from pigbench.support import memory
 from pigbench.training import milestones
 from pigbench.training.episodes import Episode
-from pigbench.training.milestones import MEASURES, Value, Values
+from pigbench.training.measures import MEASURES, Value
+from pigbench.training.milestones import Values
 
 _REPORT_EVERY = 50  # control steps
 

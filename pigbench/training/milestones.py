@@ -1,12 +1,9 @@
-"""How far an evaluation episode came: a table of measures, each a column of `episodes.csv`.
+"""How far an evaluation episode came: how each of `MEASURES` is found.
 
-A measure is a small function of one simulation after a control step, folded over the episode. What
-the rollout evaluates, the file holds and tables, figures and progress show follows from the table:
-a new measure is a row in it.
+A measure is a small function of one simulation after a control step, folded over the episode.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -15,6 +12,7 @@ import jax.numpy as jnp
 from pigbench.envs.contact import HOLDING_DISTANCE, TOUCHING_DISTANCE, feels
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import PhysicsState
+from pigbench.training.measures import MEASURES, Value
 
 if TYPE_CHECKING:
     from pigbench.envs import CubeEnv, State
@@ -23,7 +21,6 @@ LIFT = 0.02
 """Metres above its start from which a cube is lifted: one tipped over an edge rises by 0.8 cm, over
 a corner by 1.5 cm."""
 
-Value = bool | int | float
 Values = dict[str, jax.Array]  # by measure
 
 
@@ -46,33 +43,17 @@ class Fold(NamedTuple):
     combine: Callable[[jax.Array, jax.Array], jax.Array]  # of the value so far and the next
 
 
+class Folded(NamedTuple):
+    """How a measure is found."""
+
+    value: Callable[[Moment], Any]  # at a moment, ()
+    fold: Fold
+
+
 EVER = Fold(False, jnp.logical_or)
 LEAST = Fold(jnp.inf, jnp.minimum)
 TOTAL = Fold(0, jnp.add)
 LAST = Fold(0, lambda so_far, value: value)
-
-
-@dataclass(frozen=True)
-class Measure:
-    """One number of an episode.
-
-    Attributes:
-        name: its column.
-        label: its name in tables and figures, with the unit if that is not percent.
-        value: its value at a moment, ().
-        fold: how the values of an episode become one.
-        kind: the type of that one.
-        scale: what its mean over episodes is multiplied by where it is shown.
-        stage: whether it is one of the stages from touching a cube to success.
-    """
-
-    name: str
-    label: str
-    value: Callable[[Moment], Any]
-    fold: Fold
-    kind: type[Value] = bool
-    scale: float = 100.0
-    stage: bool = False
 
 
 def nearest_cube(moment: Moment) -> jax.Array:
@@ -115,46 +96,38 @@ def final_distance(moment: Moment) -> jax.Array:
     return jnp.where(moment.diverged, jnp.nan, farthest_target(moment))
 
 
-MEASURES: Mapping[str, Measure] = {
-    measure.name: measure
-    for measure in (
-        Measure("nearest", "nearest (cm)", nearest_cube, LEAST, float),
-        Measure("touched", "touched", touched, EVER, stage=True),
-        Measure("held", "held", held, EVER, stage=True),
-        Measure("lifted", "lifted", lifted, EVER, stage=True),
-        Measure("within_10cm", "within 10 cm", within(0.10), EVER, stage=True),
-        Measure("within_5cm", "within 5 cm", within(0.05), EVER, stage=True),
-        Measure("success", "success", lambda moment: moment.success, LAST, stage=True),
-        # No stage: success, at 4 cm, ends an episode, so few come nearer.
-        Measure("within_3cm", "within 3 cm", within(0.03), EVER),
-        Measure("final_distance", "final (cm)", final_distance, LAST, float),
-        Measure("length", "steps", lambda moment: 1, TOTAL, int, scale=1.0),
-        Measure("diverged", "diverged", lambda moment: moment.diverged, LAST),
-    )
+FOLDED: Mapping[str, Folded] = {
+    "nearest": Folded(nearest_cube, LEAST),
+    "touched": Folded(touched, EVER),
+    "held": Folded(held, EVER),
+    "lifted": Folded(lifted, EVER),
+    "within_10cm": Folded(within(0.10), EVER),
+    "within_5cm": Folded(within(0.05), EVER),
+    "success": Folded(lambda moment: moment.success, LAST),
+    "within_3cm": Folded(within(0.03), EVER),
+    "final_distance": Folded(final_distance, LAST),
+    "length": Folded(lambda moment: 1, TOTAL),
+    "diverged": Folded(lambda moment: moment.diverged, LAST),
 }
-"""In the order of columns. Distances are in metres; the state that an episode begins in does not
-count, as it does not for success; of a diverged episode counts what it reached before."""
-
-BRIEF = "success", "held", "lifted"
-"""Measures in the line of a training's progress."""
+"""By measure: what it is at a moment, and how those values become the episode's."""
 
 
 def begin() -> Values:
     """The values of an episode of no steps."""
     return {
-        name: jnp.asarray(measure.fold.start, measure.kind) for name, measure in MEASURES.items()
+        name: jnp.asarray(folded.fold.start, MEASURES[name].kind) for name, folded in FOLDED.items()
     }
 
 
 def advance(so_far: Values, moment: Moment, active: jax.Array) -> Values:
     """The values with the moment after one more step; those of an inactive episode as they are."""
+    values = {
+        name: jnp.asarray(folded.value(moment), MEASURES[name].kind)
+        for name, folded in FOLDED.items()
+    }
     return {
-        name: jnp.where(
-            active,
-            measure.fold.combine(so_far[name], jnp.asarray(measure.value(moment), measure.kind)),
-            so_far[name],
-        )
-        for name, measure in MEASURES.items()
+        name: jnp.where(active, folded.fold.combine(so_far[name], values[name]), so_far[name])
+        for name, folded in FOLDED.items()
     }
 
 

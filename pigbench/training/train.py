@@ -26,8 +26,8 @@ from pigbench.training.batches import Batches
 from pigbench.training.checkpoints import Checkpoints, Kept, common_step, last_two
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
 from pigbench.training.films import make_filmer
+from pigbench.training.measures import BRIEF
 from pigbench.training.metrics import MetricsLog
-from pigbench.training.milestones import BRIEF
 from pigbench.training.run import Keep, Run
 
 Tree = TypeVar("Tree")

@@ -95,8 +95,10 @@ def test_a_name_is_registered_once():
 def test_a_registered_method_is_found(monkeypatch):
     method = dataclasses.replace(agents.get("gcivl"), name="mine")
     monkeypatch.setattr(agents.registry, "_METHODS", {})
+    monkeypatch.setattr(agents.catalogue, "_SUMMARIES", dict(agents.summaries()))
     agents.register(method)
-    assert agents.names() == ("mine",)
+    assert agents.names()[-1] == "mine"
+    assert agents.summaries()["mine"] == method.summary
     assert agents.get("mine") is method
 
 
@@ -134,3 +136,8 @@ def test_methods_without_a_state_value_say_so():
     )
     with pytest.raises(UserError, match="learns no value"):
         agent.state_values({}, jnp.zeros((1, 4)), jnp.zeros((1, 4)))
+
+
+def test_every_name_of_the_catalogue_is_a_method():
+    assert tuple(agents.registry._METHODS) == agents.names()
+    assert {name: agents.get(name).summary for name in agents.names()} == agents.summaries()

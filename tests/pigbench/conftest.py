@@ -19,7 +19,7 @@ from pigbench.envs.oracles.targets import Target
 from pigbench.training import episodes
 from pigbench.training import run as runs
 from pigbench.training.episodes import Episode
-from pigbench.training.milestones import Value
+from pigbench.training.measures import Value
 from pigbench.training.run import Run, RunConfig
 
 # Four shards: train-00000 and -00001 of 2 episodes of 4 rows, train-00002 and val-00000 of 1.

@@ -18,7 +18,7 @@ from PIL import Image
 from pigbench import cli
 from pigbench.errors import UserError
 from pigbench.training import episodes
-from pigbench.training.milestones import MEASURES
+from pigbench.training.measures import MEASURES
 
 SMALL = ["--episode-length", "31", "--episodes-per-shard", "2"]
 GENERATE = ["generate", "cube-single", "--episodes", "3", "--validation-episodes", "1", *SMALL]

@@ -1,26 +1,60 @@
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from pigbench.bench import startup
 from pigbench.errors import UserError
+from pigbench.suite import spec
 
 # What a look at files and tables must not import: each takes a second or more.
 HEAVY = ("jax", "brax", "mujoco.mjx", "flax")
-LIGHT = {
-    "data info": ("pigbench.commands.data", HEAVY),
-    "list": ("pigbench.commands.listing", HEAVY),
-    "table": ("pigbench.commands.report", ("brax", "mujoco.mjx")),
-    "suite status": ("pigbench.commands.suite_status", ("brax", "mujoco.mjx")),
-}
+LIGHT = (
+    "--help",
+    "list envs",
+    "list methods",
+    "data info data",
+    "data info --help",
+    "table RUN",
+    "table --help",
+    "plot RUN --out F.png",
+    "plot --help",
+    "suite status SUITE",
+    "suite status --help",
+)
 
 
-@pytest.mark.parametrize(("module", "heavy"), LIGHT.values(), ids=LIGHT)
-def test_looking_needs_no_simulator(module, heavy):
-    code = f"import sys, {module}; print([name for name in {heavy} if name in sys.modules])"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout == "[]\n"
+SUITE = """
+methods = ["gcivl"]
+seeds = [0]
+evaluation.every = 100
+environments = [{name = "cube-single", transitions = 1_000, steps = 200}]
+"""
+
+
+@pytest.fixture
+def place(data, make_run) -> Path:
+    """A folder with `data`, a RUN and the state of a SUITE."""
+    folder = data.parent
+    make_run(folder / "RUN", {100: [[1, 0], [1, 1]]})
+    (folder / "suite.toml").write_text(SUITE)
+    (folder / "SUITE").mkdir()
+    spec.write(folder / "SUITE/suite.json", spec.read(folder / "suite.toml"))
+    return folder
+
+
+@pytest.mark.parametrize("command", LIGHT)
+def test_looking_needs_no_jax(command, place):
+    code = (
+        "import sys\nfrom pigbench import cli\n"
+        "try:\n    cli.main()\nexcept SystemExit as stop:\n    assert not stop.code\n"
+        f"print([name for name in {HEAVY} if name in sys.modules])"
+    )
+    arguments = [sys.executable, "-c", code, *command.split()]
+    run = subprocess.run(arguments, capture_output=True, text=True, check=True, cwd=place)
+    assert len(run.stdout.splitlines()) > 1
+    assert run.stdout.splitlines()[-1] == "[]"
 
 
 def test_a_commands_processor_time_is_measured():

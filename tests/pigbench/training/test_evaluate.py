@@ -8,7 +8,7 @@ import pytest
 from pigbench import agents
 from pigbench.errors import UserError
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
-from pigbench.training.milestones import MEASURES
+from pigbench.training.measures import MEASURES
 
 
 class Still:

@@ -10,7 +10,8 @@ from pigbench import envs
 from pigbench.envs.environment import CubeEnv
 from pigbench.training import milestones
 from pigbench.training.evaluate import Evaluation, make_evaluator
-from pigbench.training.milestones import MEASURES, Moment
+from pigbench.training.measures import MEASURES
+from pigbench.training.milestones import FOLDED, Moment
 
 START = ((0.4, 0.0, 0.02), (0.5, 0.2, 0.02))
 TARGET = ((0.4, 0.0, 0.02), (0.5, 0.0, 0.02))
@@ -104,3 +105,7 @@ def test_a_scripted_policy_goes_through_all_stages(scripted):
     far = np.linalg.norm(env._goal - env._start, axis=-1)
     np.testing.assert_allclose(idle["final_distance"], far, atol=0.0142)
     assert (idle["length"] == 120).all()
+
+
+def test_every_measure_is_found_in_some_way():
+    assert tuple(FOLDED) == tuple(MEASURES)

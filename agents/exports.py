@@ -1,0 +1,56 @@
+"""What `pigbench.agents` offers, all of which takes JAX."""
+
+from pigbench.agents.agent import Agent, Metrics, Params
+from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
+from pigbench.agents.config import AgentConfig
+from pigbench.agents.constraints import Constraint
+from pigbench.agents.crl import CRL, CRLConfig
+from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
+from pigbench.agents.gcbc import GCBC
+from pigbench.agents.gciql import GCIQL, GCIQLConfig
+from pigbench.agents.gcivl import GCIVL, GCIVLConfig
+from pigbench.agents.hiql import HIQL, HIQLConfig
+from pigbench.agents.learner import TrainState, create, update
+from pigbench.agents.qrl import QRL, QRLConfig
+from pigbench.agents.registry import Method, build, get, hierarchy, register
+from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
+from pigbench.agents.statistics import Statistics
+
+__all__ = [
+    "CRL",
+    "GCBC",
+    "GCIQL",
+    "GCIVL",
+    "HIQL",
+    "QRL",
+    "Agent",
+    "AgentConfig",
+    "Batch",
+    "CRLConfig",
+    "Constraint",
+    "FlowClone",
+    "FlowCloneConfig",
+    "FlowHierarchy",
+    "FlowHierarchyConfig",
+    "GCIQLConfig",
+    "GCIVLConfig",
+    "GoalMixture",
+    "HIQLConfig",
+    "Method",
+    "Metrics",
+    "Params",
+    "QRLConfig",
+    "Regularizer",
+    "Sampling",
+    "Statistics",
+    "SubgoalSampling",
+    "Subgoals",
+    "TrainState",
+    "build",
+    "create",
+    "get",
+    "hierarchy",
+    "register",
+    "update",
+]
