@@ -5,24 +5,19 @@ Robot terms come first, then the terms of each cube. Other code asks for slices 
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from pigbench.envs import robot
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
 from pigbench.envs.scene import Scene
+from pigbench.envs.units import CENTRE, POSITION_SCALE
 
 # Scales that bring every term to order one, as in OGBench.
-CENTRE = (0.425, 0.0, 0.0)
-POSITION_SCALE = 10.0
 OPENING_SCALE = 3.0
 PAD_FORCE_SCALE = 1 / 50
-
-Array = TypeVar("Array", jax.Array, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -53,11 +48,6 @@ def cube_poses(scene: Scene, state: PhysicsState) -> tuple[jax.Array, jax.Array]
 
 def _scaled(position: jax.Array) -> jax.Array:
     return (position - jnp.array(CENTRE)) * POSITION_SCALE
-
-
-def metres(position: Array) -> Array:
-    """A term's position (..., 3) in metres."""
-    return position / POSITION_SCALE + np.array(CENTRE)
 
 
 def _direction(angle: jax.Array) -> jax.Array:

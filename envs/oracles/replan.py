@@ -20,12 +20,13 @@ import numpy as np
 from flax import struct
 
 from pigbench.envs import control, workspace
-from pigbench.envs.observation import CENTRE, cube_poses, gripper_contact
+from pigbench.envs.observation import cube_poses, gripper_contact
 from pigbench.envs.oracles.policy import Policy
 from pigbench.envs.oracles.targets import Target
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import nearest_symmetry, quat_yaw
 from pigbench.envs.scene import CUBE_HALF_SIZE
+from pigbench.envs.units import CENTRE
 
 TRIPS = 2  # to the centre, and away
 MAX_STEPS = 150  # control steps after which a trip is given up

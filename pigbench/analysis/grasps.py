@@ -18,7 +18,7 @@ from pigbench.analysis.modes import HOLDING, contact_modes, pinch_points
 from pigbench.data import sampler
 from pigbench.data.dataset import Split
 from pigbench.envs import CubeEnv
-from pigbench.envs.observation import metres
+from pigbench.envs.units import metres
 
 RESTING = 0.01
 """Metres in x and y by which a cube may have been moved within the K steps: it is taken up about

@@ -9,7 +9,7 @@ import numpy as np
 from pigbench.agents.representations import is_position
 from pigbench.envs import servo
 from pigbench.envs.contact import HOLDING_DISTANCE, feels
-from pigbench.envs.observation import metres
+from pigbench.envs.units import metres
 
 FREE, TOUCHING, HOLDING = "free", "touching", "holding"
 MODES = FREE, TOUCHING, HOLDING

@@ -19,7 +19,7 @@ from pigbench.agents.representations import is_position
 from pigbench.analysis.modes import contact_modes, pinch_points
 from pigbench.data.dataset import Split
 from pigbench.envs import CubeEnv
-from pigbench.envs.observation import POSITION_SCALE
+from pigbench.envs.units import POSITION_SCALE
 from pigbench.errors import UserError
 
 Way = Callable[[jax.Array, jax.Array], jax.Array]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pigbench.envs.observation import metres
 from pigbench.envs.scene import CONTROL_STEP, CUBE_HALF_SIZE
+from pigbench.envs.units import metres
 from pigbench.errors import UserError
 
 FREE = 0.1

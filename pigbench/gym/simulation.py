@@ -11,10 +11,10 @@ from gymnasium import spaces
 from pigbench import envs, seeds
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.envs import State
-from pigbench.envs.observation import metres
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
+from pigbench.envs.units import metres
 from pigbench.errors import UserError, lookup
 
 RENDER_MODE = "rgb_array"

@@ -13,9 +13,9 @@ import pytest
 from pigbench.agents import Statistics
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
-from pigbench.envs.observation import metres
 from pigbench.envs.oracles import markov
 from pigbench.envs.oracles.targets import Target
+from pigbench.envs.units import metres
 from pigbench.training import episodes
 from pigbench.training import run as runs
 from pigbench.training.episodes import Episode

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pigbench import envs
-from pigbench.envs.observation import metres
 from pigbench.envs.reality import REAL, Reality
+from pigbench.envs.units import metres
 
 COUNT, STEPS = 4, 6
 KEYS = jax.random.split(jax.random.key(0), COUNT)

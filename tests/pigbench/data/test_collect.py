@@ -16,10 +16,11 @@ from pigbench.data import collect, dataset, manifest
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.environment import CubeEnv
-from pigbench.envs.observation import cube_poses, metres
+from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import PlayPolicy, Policy
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import build
+from pigbench.envs.units import metres
 
 
 def spec(env: CubeEnv, **changes) -> Spec:
