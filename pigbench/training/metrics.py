@@ -20,8 +20,6 @@ class MetricsLog:
     """
 
     def __init__(self, folder: Path, *, step: int) -> None:
-        from tensorboardX import SummaryWriter  # takes a while, and others ask for lines alone
-
         path = folder / FILE_NAME
         _drop_beyond(path, step)
         self._lines = open(path, "a", encoding="utf-8")  # noqa: SIM115
