@@ -1,13 +1,14 @@
 # make quickstart   generate data, train two methods, evaluate them, print the table, save the plot
 # make test         the whole test suite
 # make lint         format, lint and type checks
+# make docs         the documentation as a site, in build/site
 PYTHON ?= python3
 BIN := .venv/bin
 WORK ?= runs/quickstart
 METHODS := gcivl hjb-gcivl
 TRAININGS := $(METHODS:%=$(WORK)/%)
 
-.PHONY: quickstart test lint $(TRAININGS)
+.PHONY: quickstart test lint docs $(TRAININGS)
 .DEFAULT_GOAL := quickstart
 
 .venv/installed: requirements.txt pyproject.toml
@@ -39,3 +40,6 @@ lint: .venv/installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --target build/installed .
 	cp pyproject.toml build/installed
 	$(BIN)/pyright --project build/installed --pythonpath $(BIN)/python
+
+docs: .venv/installed
+	$(BIN)/mkdocs build --quiet

@@ -1,4 +1,4 @@
-"""Methods of one's own: the very example of the README, as a file and as an installed package."""
+"""Methods of one's own: the example of the documentation, as a file and as an installed package."""
 
 import importlib.metadata
 import os
@@ -12,7 +12,7 @@ import pytest
 from pigbench import cli, plugins
 from pigbench.errors import UserError
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
 SMALL = [
     *("--preset", "cpu", "--steps", "4", "--evaluate-every", "4", "--evaluation.episodes", "1"),
     *("--agent.batch-size", "8", "--agent.actor-hidden-sizes", "8", "--agent.delta", "0.2"),
@@ -31,18 +31,18 @@ def pigbench(*arguments: str | Path, path: Path | None = None) -> subprocess.Com
     )
 
 
-def readme_block(language: str, containing: str) -> str:
-    blocks = re.findall(rf"```{language}\n(.*?)```", README.read_text(), re.DOTALL)
+def page_block(language: str, containing: str) -> str:
+    blocks = re.findall(rf"```{language}\n(.*?)```", PAGE.read_text(), re.DOTALL)
     (block,) = (block for block in blocks if containing in block)
     return block
 
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory) -> Path:
-    """The README's package, as its reader would write it."""
+    """The page's package, as its reader would write it."""
     folder = tmp_path_factory.mktemp("package")
-    (folder / "huber_bc.py").write_text(readme_block("python", "class HuberBC("))
-    (folder / "pyproject.toml").write_text(readme_block("toml", "huber_bc:HuberBC"))
+    (folder / "huber_bc.py").write_text(page_block("python", "class HuberBC("))
+    (folder / "pyproject.toml").write_text(page_block("toml", "huber_bc:HuberBC"))
     return folder
 
 

@@ -1,0 +1,47 @@
+"""What lies outside `docs`: pages of `results`, and the package for the pages of the API."""
+
+import re
+import shutil
+from pathlib import Path
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+_ROOT = Path(__file__).parents[1]
+_SHOWN = {".md", ".png"}
+_PACKAGE = _ROOT / "build" / "api" / "pigbench"
+
+
+def on_config(config: MkDocsConfig) -> None:
+    """Lays the package out as it is when installed: `agents` and `envs` are parts of it."""
+    shutil.rmtree(_PACKAGE, ignore_errors=True)
+    for source, part in {"pigbench": ".", "agents": "agents", "envs": "envs"}.items():
+        shutil.copytree(_ROOT / source, _PACKAGE / part, dirs_exist_ok=True)
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Adds pages and pictures of `results`."""
+    for path in sorted((_ROOT / "results").rglob("*")):
+        if path.suffix in _SHOWN:
+            name = path.relative_to(_ROOT).as_posix()
+            files.append(File.generated(config, name, abs_src_path=str(path)))
+    return files
+
+
+def on_page_markdown(markdown: str, page, **_: object) -> str:
+    """Links to folders lead to their pages, and those out of `docs` into the site."""
+    source = _ROOT / page.file.src_uri
+    if not source.exists():  # a page of `docs`
+        source = _ROOT / "docs" / page.file.src_uri
+
+    def link(match: re.Match[str]) -> str:
+        target, anchor = match["target"], match["anchor"] or ""
+        if ":" in target or not target:
+            return match[0]
+        if (source.parent / target / "README.md").exists():
+            target = f"{target.rstrip('/')}/README.md"
+        if source.is_relative_to(_ROOT / "docs"):
+            target = target.removeprefix("../")
+        return f"]({target}{anchor})"
+
+    return re.sub(r"\]\((?P<target>[^)#\s]*)(?P<anchor>#[^)\s]*)?\)", link, markdown)
