@@ -54,11 +54,13 @@ def make(
     engine: str | None = None,
     profile: str = "exact",
     reality: "Reality | None" = None,
+    reward: str = "sparse",
 ) -> "CubeEnv":
     """The environment of that name; UserError for an unknown name.
 
     `engine` is one of `physics.ENGINES`, by default the one for JAX's device. `reality` is what
     makes the world hard to know and to act in; by default, for a real robot's environment, `REAL`.
+    `reward` is one of `rewards.REWARDS`, by default the benchmark's.
     """
     from pigbench.envs import environment, physics
     from pigbench.envs.reality import REAL
@@ -66,7 +68,8 @@ def make(
     spec = lookup("environment", SPECS, name)
     scene = build(spec.num_cubes, profile)
     reality = REAL if reality is None and spec.real else reality
-    return environment.CubeEnv(spec, physics.make(engine or default_engine(), scene), reality)
+    simulated = physics.make(engine or default_engine(), scene)
+    return environment.CubeEnv(spec, simulated, reality, reward)
 
 
 def __getattr__(name: str) -> Any:

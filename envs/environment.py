@@ -11,10 +11,11 @@ from pigbench.envs.observation import Layout, cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
 from pigbench.envs.quiet import quiet
 from pigbench.envs.reality import Reality, World
+from pigbench.envs.rewards import REWARDS, Situation
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
 from pigbench.envs.tasks import START_JITTER, Spec
-from pigbench.errors import UserError
+from pigbench.errors import UserError, lookup
 from pigbench.settings import jax_defaults
 
 with quiet():
@@ -30,21 +31,28 @@ class CubeEnv(Env):
     """A UR5e that rearranges cubes.
 
     The observation is `layout`'s, the action (5,) in [-1, 1] that of `envs.control`. The reward is
-    1 on success, else 0. An episode is done when every cube lies within the spec's
-    `success_distance` of its target, or the simulation has diverged; time limits are a wrapper's
-    (`episode_length` is OGBench's).
+    1 on success, else 0, or another of `envs.rewards`. An episode is done when every cube lies
+    within the spec's `success_distance` of its target, or the simulation has diverged; time limits
+    are a wrapper's (`episode_length` is OGBench's).
 
     `state.info` has goal (the goal's observation), target (num_cubes, 3), task (an id from 1,
     USER_TASK or NO_TASK), success and diverged (bool), and senses, what stands between whoever acts
     and the simulation; without `reality`, None. All methods are for one environment: vmap them.
     """
 
-    def __init__(self, spec: Spec, physics: Physics, reality: Reality | None = None):
+    def __init__(
+        self,
+        spec: Spec,
+        physics: Physics,
+        reality: Reality | None = None,
+        reward: str = "sparse",
+    ):
         self.spec = spec
         self.physics = physics
         self.reality = reality
         self.scene = physics.scene
         self.layout = Layout(spec.num_cubes, spec.unobserved)
+        self._reward = lookup("reward", REWARDS, reward)
         self._start = jnp.array([task.start_xyz for task in spec.tasks], jnp.float32)
         self._goal = jnp.array([task.goal_xyz for task in spec.tasks], jnp.float32)
         self._jitter = jnp.array([task.jitter for task in spec.tasks], jnp.float32)
@@ -224,16 +232,17 @@ class CubeEnv(Env):
     def _next(self, state: State, world: World) -> State:
         physics_state = world.physics
         positions, _ = cube_poses(self.scene, physics_state)
-        distances = jnp.linalg.norm(positions - state.info["target"], axis=-1)
+        target = state.info["target"]
+        placed = jnp.linalg.norm(positions - target, axis=-1) <= self.spec.success_distance
         diverged = physics_state.diverged
-        success = jnp.all(distances <= self.spec.success_distance) & ~diverged
-        reward = success.astype(jnp.float32)
+        success = jnp.all(placed) & ~diverged
+        situation = Situation(physics_state.pinch_pos, positions, target, placed, success)
         return replace(
             state,
             pipeline_state=physics_state,
             obs=self.observe(self.perceive(world)),
-            reward=reward,
+            reward=self._reward(situation),
             done=(success | diverged).astype(jnp.float32),
-            metrics=state.metrics | {"success": reward},
+            metrics=state.metrics | {"success": success.astype(jnp.float32)},
             info=state.info | {"success": success, "diverged": diverged, "senses": world.senses},
         )

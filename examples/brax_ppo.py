@@ -1,0 +1,134 @@
+"""Brax's PPO on a cube environment with a dense reward: the return over training, as a picture.
+
+    python examples/brax_ppo.py --steps 500000 --out results/brax
+
+trains `reach` for some minutes on two cores. `--reward place` is the whole task, and takes far
+longer. Steps are control steps of all simulations together.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import tyro
+
+from pigbench import envs
+from pigbench.report import canvas
+from pigbench.support import files
+
+
+def replicate(tree: Any, devices: Sequence[jax.Device]) -> Any:
+    """A copy of every leaf for each device, along a new leading axis."""
+    return jax.tree.map(lambda leaf: jnp.stack([jnp.asarray(leaf)] * len(devices)), tree)
+
+
+# Brax 0.14.2, the last, still calls this function, which JAX has no longer.
+if not hasattr(jax, "device_put_replicated"):
+    jax.device_put_replicated = replicate
+
+from brax.envs.base import State, Wrapper  # noqa: E402  after what it needs
+from brax.training.agents.ppo import networks, train  # noqa: E402
+
+
+class WithGoal(Wrapper):
+    """The targets of the cubes, less where the cubes are, belong to the observation."""
+
+    def reset(self, rng: jax.Array) -> State:
+        """As the environment does."""
+        return self._with_goal(self.env.reset(rng))
+
+    def step(self, state: State, action: jax.Array) -> State:
+        """As the environment does."""
+        return self._with_goal(self.env.step(state, action))
+
+    @property
+    def observation_size(self) -> int:
+        """With three numbers more a cube."""
+        return self.env.observation_size + 3 * self.env.spec.num_cubes
+
+    def _with_goal(self, state: State) -> State:
+        goal, layout = state.info["goal"], self.env.layout
+        places = [layout[f"cube_{cube}_pos"] for cube in range(self.env.spec.num_cubes)]
+        ways = [goal[place] - state.obs[place] for place in places]
+        return state.replace(obs=jnp.concatenate([state.obs, *ways]))
+
+
+@dataclasses.dataclass(frozen=True)
+class Example:
+    """Train by Brax's PPO, and draw the return of evaluation episodes."""
+
+    out: Path
+    """Folder of the table and the picture."""
+    environment: str = "cube-single"
+    """Environment; see `pigbench list envs`."""
+    reward: str = "reach"
+    """Reward: reach or place."""
+    steps: int = 500_000
+    """Control steps, of all simulations together."""
+    evaluations: int = 10
+    """Evaluations, the first before training."""
+    simulations: int = 64
+    """Simulations at once."""
+    episode_length: int = 100
+    """Control steps of an episode."""
+    batch_size: int = 64
+    """Stretches of ten steps in a minibatch; eight minibatches an update."""
+    seed: int = 0
+    """Seed of everything."""
+
+    def run(self) -> None:
+        """Train, and write the files."""
+        files.require_folder(self.out)
+        env = WithGoal(envs.make(self.environment, reward=self.reward))
+        rows: list[tuple[int, float, float]] = []
+
+        def progress(step: int, metrics: dict[str, Any]) -> None:
+            mean, deviation = (
+                float(metrics[f"eval/episode_reward{ending}"]) for ending in ("", "_std")
+            )
+            rows.append((step, mean, deviation))
+            print(f"{step:>10,} steps: return {mean:.2f} ({deviation:.2f} over episodes)")
+
+        train.train(
+            environment=env,
+            num_timesteps=self.steps,
+            num_evals=self.evaluations,
+            num_envs=self.simulations,
+            num_eval_envs=self.simulations,
+            episode_length=self.episode_length,
+            batch_size=self.batch_size,
+            num_minibatches=8,
+            unroll_length=10,
+            num_updates_per_batch=4,
+            learning_rate=3e-4,
+            entropy_cost=1e-3,
+            discounting=0.97,
+            normalize_observations=True,
+            network_factory=functools.partial(
+                networks.make_ppo_networks,
+                policy_hidden_layer_sizes=(128, 128),
+                value_hidden_layer_sizes=(128, 128),
+            ),
+            seed=self.seed,
+            progress_fn=progress,
+        )
+        self._write(rows)
+
+    def _write(self, rows: Sequence[tuple[int, float, float]]) -> None:
+        lines = ["step,mean,deviation", *(f"{step},{a:.4f},{b:.4f}" for step, a, b in rows)]
+        files.write_text(self.out / f"{self.reward}.csv", "\n".join(lines) + "\n")
+        steps, means, deviations = zip(*rows, strict=True)
+        with canvas.look():
+            figure, panels = canvas.grid(1, 1, panel=(4.8, 3.0), legend=[])
+            panels[0, 0].errorbar(steps, means, yerr=deviations, capsize=2)
+            panels[0, 0].set(xlabel="control steps", ylabel=f"return ({self.reward})")
+            canvas.save(figure, self.out / f"{self.reward}.png")
+        print(f"{self.reward}.csv and {self.reward}.png lie in {self.out}")
+
+
+if __name__ == "__main__":
+    tyro.cli(Example).run()
