@@ -21,6 +21,7 @@ from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.lock import only_writer
 from pigbench.training.evaluate import Evaluation
+from pigbench.training.layout import Layout
 from pigbench.training.provenance import provenance
 from pigbench.training.restore import agent_for
 from pigbench.training.run import Keep, RunConfig, open_run
@@ -54,7 +55,9 @@ class Train:
     seeds: tuple[Seed, ...] = ()
     """Several seeds instead, each a run in a folder of its own within --out."""
     vectorized: bool = False
-    """Train the seeds together, in one program, rather than one after another."""
+    """Train the seeds together, in one program on all devices, rather than one after another."""
+    data_parallel: bool = False
+    """Split each batch among the devices that there are."""
     steps: int = Schedule.steps
     """Number of updates."""
     log_every: int = Schedule.log_every
@@ -116,6 +119,11 @@ class Train:
         statistics = Statistics.of(rows.observations)
         agent = agent_for(env, self.method, self.agent_config, statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
+        layout = Layout.over_all(
+            seeds=len(groups[0]),
+            batch_size=self.agent_config.batch_size,
+            data_parallel=self.data_parallel,
+        )
         for group in groups:
             with contextlib.ExitStack() as stack:
                 for folder in group:
@@ -134,7 +142,8 @@ class Train:
                     keep=self.keep,
                     shown_by=[trackers.get(name) for name in self.logger],
                     films=self.films,
-                    remark=str(home),
+                    layout=layout,
+                    remark=", ".join(filter(None, (str(home), str(layout)))),
                 )
                 jax.block_until_ready(states)
             for folder in group:

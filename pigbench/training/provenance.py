@@ -41,6 +41,7 @@ def surroundings() -> dict[str, Any]:
             "platform": platform.platform(),
             "cpu_count": os.cpu_count(),
             "device": jax.devices()[0].device_kind,
+            "device_count": jax.device_count(),
             "threads": os.environ.get("NPROC", "all"),  # of XLA
         },
         "settings": settings.in_force(),

@@ -26,11 +26,14 @@ from pigbench.training.batches import Batches
 from pigbench.training.checkpoints import Checkpoints, Kept, common_step, last_two
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
 from pigbench.training.films import make_filmer
+from pigbench.training.layout import SEEDS, Layout
 from pigbench.training.measures import BRIEF
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.run import Keep, Run
 
 Tree = TypeVar("Tree")
+
+ONE_DEVICE = Layout()
 
 Updates = Callable[[Sequence[TrainState], int, int], tuple[list[TrainState], list[Metrics]]]
 """States and the steps from and up to which they are updated: the states after, and means."""
@@ -74,6 +77,7 @@ def train(
     *,
     schedule: Schedule,
     evaluation: Evaluation,
+    layout: Layout = ONE_DEVICE,
     keep: Keep = "last",
     shown_by: Sequence[type[Tracker]] = (),
     films: bool = False,
@@ -84,15 +88,14 @@ def train(
     What a shorter schedule evaluated and saved at its end is dropped, unless this one does so too:
     then the files are those of a training that was this long from the first.
 
-    The runs differ in their seeds alone, and are trained together, in one program. Trackers show
-    them, with `films` also what the first episode of each task looks like, which is kept in the
-    run's folder. The progress line ends with `remark`.
+
     """
     keys = [jax.random.split(seeds.key(run.config.seed)) for run in runs]
     evaluator = make_evaluator(env, agent, evaluation)
     with contextlib.ExitStack() as stack:
         key = join([step_key for _, step_key in keys])
-        updates = make_updates(agent, key, stack.enter_context(batches.of(rows, agent, key)))
+        source = stack.enter_context(batches.of(rows, agent, key))
+        updates = make_updates(agent, key, source, layout)
         checkpoints = [
             stack.enter_context(Checkpoints(run.checkpoints_path, kept=_KEPT[keep](run)))
             for run in runs
@@ -169,7 +172,9 @@ def _brief(outcomes: Sequence[Outcome]) -> str:
     return ", ".join(f"{name} {shares(name)} %" for name in BRIEF)
 
 
-def make_updates(agent: Agent, key: jax.Array, source: Batches) -> Updates:
+def make_updates(
+    agent: Agent, key: jax.Array, source: Batches, layout: Layout = ONE_DEVICE
+) -> Updates:
     """The updates of a seed of that `key`, or of several seeds together, (S,).
 
     Update t of a seed draws its batch and all else from `fold_in(key, t)` alone.
@@ -182,7 +187,7 @@ def make_updates(agent: Agent, key: jax.Array, source: Batches) -> Updates:
 
         def batch(step: jax.Array | int) -> Batch:
             batch_key, _ = batches.keys_of(key, step)
-            return source.batch(part, batch_key, step)
+            return layout.share_batch(source.batch(part, batch_key, step))
 
         def update(
             step: jax.Array | int, state: TrainState, batch: Batch
@@ -208,14 +213,17 @@ def make_updates(agent: Agent, key: jax.Array, source: Batches) -> Updates:
     def run(
         states: Sequence[TrainState], key: jax.Array, part: Any, start: int, stop: int
     ) -> tuple[list[TrainState], list[Metrics]]:
-        together = jax.vmap(loop, in_axes=(0, 0, source.axis, None, None))
-        state, sums = (together if key.ndim else loop)(join(states), key, part, start, stop)
+        if key.ndim:
+            together = jax.vmap(loop, in_axes=(0, 0, source.axis, None, None), spmd_axis_name=SEEDS)
+            state, sums = together(layout.share_seeds(join(states)), key, part, start, stop)
+        else:
+            state, sums = loop(join(states), key, part, start, stop)
         return _part(state, len(states)), _part(sums, len(states))
 
     def updates(
         states: Sequence[TrainState], start: int, stop: int
     ) -> tuple[list[TrainState], list[Metrics]]:
-        sums, done = [], start
+        sums, done, states = [], start, layout.spread(states)
         for part, end in source.parts(start, stop):
             states, part_sums = run(states, key, part, done, end)
             jax.block_until_ready(sums[-1:])  # so that two parts at most are on the device
@@ -225,7 +233,7 @@ def make_updates(agent: Agent, key: jax.Array, source: Batches) -> Updates:
             jax.tree.map(lambda *x: sum(x) / (stop - start), *own)
             for own in zip(*jax.device_get(sums), strict=True)
         ]
-        return list(states), means
+        return list(layout.collect(states)), means
 
     return updates
 

@@ -54,6 +54,7 @@ NAMES = [
     f"{GENERATE} --engine mujco",
     "train gcivil --data DATA --out OUT",
     f"{TRAIN} --preset papr",
+    f"{TRAIN} --data-parallel",
     f"{TRAIN} --engine x",
     f"{TRAIN} --goals cube",
     f"{TRAIN} --variant a/b",
