@@ -35,6 +35,7 @@ ACT_FILE = "act.jax_export"
 CONFIG_FILE = "policy.json"
 
 _PLATFORMS = ("cpu", "cuda", "tpu")
+_PLACES = "jax_traceback_in_locations_limit"  # JAX's setting: how many places of an operation
 
 _USAGE = """
 import importlib.metadata
@@ -105,12 +106,12 @@ def serialize(agent: Agent, params: Params) -> bytes:
 @contextlib.contextmanager
 def _without_places() -> Iterator[None]:
     """Programs tell where each operation is written, in files of this machine."""
-    before = jax.config.jax_traceback_in_locations_limit
-    jax.config.update("jax_traceback_in_locations_limit", 0)
+    before = getattr(jax.config, _PLACES)
+    jax.config.update(_PLACES, 0)
     try:
         yield
     finally:
-        jax.config.update("jax_traceback_in_locations_limit", before)
+        jax.config.update(_PLACES, before)
 
 
 def describe(trained: Trained) -> dict[str, Any]:
