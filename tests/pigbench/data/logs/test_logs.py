@@ -9,8 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from pigbench import cli, envs
 from pigbench.data import dataset, logs
+from pigbench.data.logs import lerobot
 from pigbench.envs.control import ACTION_SCALE, effector
 from pigbench.envs.reality import Reality
+from pigbench.errors import UserError
 
 pyarrow, parquet = (pytest.importorskip(name) for name in ("pyarrow", "pyarrow.parquet"))
 
@@ -146,6 +148,68 @@ def test_what_was_played_comes_back(played, tmp_path, write, form):
     moves = split.concatenate("actions").reshape(EPISODES, STEPS, 5)
     expected = np.swapaxes(actions, 0, 1)
     np.testing.assert_allclose(moves[..., :4], expected[..., :4], atol=0.05)  # likewise
+
+
+def info(**changes) -> dict:
+    features = {name: {"names": names, "shape": [len(names)]} for name, names in NAMES.items()}
+    return {"codebase_version": "v3.0", "robot_type": "ur5e", "features": features} | changes
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (info(codebase_version="v2.1"), "is of LeRobot's format v2.1: v3.0 is read"),
+        (info(robot_type="so100"), "is of a robot 'so100': a UR5e's is read"),
+        (info(features={}), "has no feature observation.state"),
+        (
+            info(features={name: {"names": None, "shape": [5]} for name in NAMES}),
+            "does not name the elements of observation.state",
+        ),
+        (info(), "has no data/chunk-000/file-000.parquet"),
+    ],
+)
+def test_a_lerobot_folder_that_is_no_ur5es_is_told_in_one_line(tmp_path, content, complaint):
+    (tmp_path / "meta").mkdir()
+    (tmp_path / "meta" / "info.json").write_text(json.dumps(content))
+    assert lerobot.is_dataset(tmp_path)
+    with pytest.raises(UserError, match=complaint):
+        list(lerobot.read(tmp_path))
+
+
+@pytest.mark.parametrize("missing", ["timestamp", "episode_index", "action"])
+def test_a_file_of_lerobots_must_have_its_columns(tmp_path, missing):
+    (tmp_path / "meta").mkdir()
+    (tmp_path / "meta" / "info.json").write_text(json.dumps(info()))
+    content = {name: [[0.0] * len(names)] for name, names in NAMES.items()}
+    content |= {"timestamp": [0.0], "episode_index": [0]}
+    del content[missing]
+    data = tmp_path / "data" / "chunk-000"
+    data.mkdir(parents=True)
+    parquet.write_table(pyarrow.table(content), data / "file-000.parquet")
+    with pytest.raises(UserError, match=f"has no column {missing}"):
+        list(lerobot.read(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("environment", "names", "complaint"),
+    [
+        ("cube-double", ["log.csv"], "cube-double has 2 cubes: a log tells of one object"),
+        ("cube-centre", [], "holds no log: no .csv, no .parquet"),
+        ("cube-centre", ["a/log.csv", "b/log.csv"], "two logs are named log.csv: rename one"),
+    ],
+)
+def test_what_is_no_episode_of_the_environment_is_refused(
+    tmp_path, table, write, environment, names, complaint
+):
+    for name in names:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        write(tmp_path / name, table(20))
+    paths = [str(tmp_path / name) for name in names] or [str(tmp_path)]
+    out = tmp_path / "out"
+    command = ["data", "import", "--format", "log", "--environment", environment]
+    with pytest.raises(UserError, match=complaint):
+        cli.run([*command, *paths, "--out", str(out)])
+    assert not out.exists()
 
 
 def test_a_tenth_is_for_validation_and_oddities_are_told(tmp_path, table, write, capsys):
