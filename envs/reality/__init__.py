@@ -38,8 +38,8 @@ REAL = Reality(
         # FoundationPose (Wen et al., CVPR 2024, table 1): areas under the curve up to 10 cm of
         # 97.4 % (ADD-S) and 91.5 % (ADD) on YCB-Video are mean errors of 2.6 and 8.5 mm, the second
         # with turns that symmetric objects do not show. The depth of a D415 (baseline 55 mm, 65
-        # degrees over 1280 pixels, 0.08 pixels of disparity, in Intel's notes on tuning the D400s)
-        # is off by 1.4 mm at a metre, which a pose averages over its surface.
+        # degrees over 1280 pixels) is off by 1.4 mm at a metre if disparity is by 0.08 pixels
+        # (Intel's notes on tuning its D400 cameras expect less than 0.1); a pose averages over it.
         position_noise=0.002,
         yaw_noise=np.radians(2.0),
         # Calibrations of a camera beside an arm are commonly good to a few millimetres.
@@ -53,7 +53,7 @@ REAL = Reality(
         # Half the fingers' length: they hide what is between them, not the whole of a cube.
         occlusion_distance=0.05,
         occluded_dropout=0.3,
-        # 30 frames a second, and tracking at 32 a second: two control steps of 50 ms, rounded up.
+        # 30 frames a second, and FoundationPose's tracking at 32: two control steps, rounded up.
         latency=2,
     ),
     action_delay=1,  # a servo command's way through the controller, rounded up to a control step
