@@ -1,6 +1,8 @@
 """`pigbench generate`: collect an offline data set with a scripted policy."""
 
+import contextlib
 import dataclasses
+from collections.abc import Iterator
 from pathlib import Path
 from shlex import quote
 from typing import Annotated
@@ -9,7 +11,8 @@ import jax
 import tyro
 
 from pigbench import envs, settings
-from pigbench.data import collect
+from pigbench.cluster import Cluster
+from pigbench.data import collect, remote
 from pigbench.data.dataset import sizes
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.manifest import Spec
@@ -59,6 +62,9 @@ class Generate:
     physics: Annotated[str, tyro.conf.arg(help_behavior_hint="(default: exact)")] = "exact"
     """Physics profile: exact is OGBench's to the micrometre, fast is simpler."""
 
+    cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
+    """Where shards are simulated."""
+
     def __post_init__(self) -> None:  # so that a suite refuses it before it begins
         for name in ("episodes", "episode_length", "episodes_per_shard"):
             if getattr(self, name) is not None and getattr(self, name) < 1:
@@ -96,8 +102,17 @@ class Generate:
         with only_writer(self.out):
             writer = Writer(self.out, spec)
             if writer.missing():
-                collect.write_missing(env, policy(env.scene), spec, writer)
+                with self._source(env, spec) as source:
+                    collect.write_missing(env, policy, spec, writer, source)
         print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
+
+    @contextlib.contextmanager
+    def _source(self, env: envs.CubeEnv, spec: Spec) -> Iterator[collect.Source]:
+        if self.cluster.ray is None:
+            yield collect.here(env, POLICIES[spec.policy](env.scene), spec)
+        else:
+            with self.cluster.connected() as tasks:
+                yield remote.source(spec, tasks)
 
     def _validation_episodes(self) -> int:
         if self.validation_episodes is None:

@@ -5,12 +5,15 @@ import itertools
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 
 from pigbench import cli, envs, plugins
 from pigbench.agents import AgentConfig
+from pigbench.cluster import Cluster, RemoteProcess
 from pigbench.commands.report import order
 from pigbench.commands.suite_status import KEPT, print_status
 from pigbench.errors import UserError, lookup
@@ -53,6 +56,8 @@ class RunSuite:
     """Folder of the suite's data, runs, logs, tables and figures."""
     jobs: int = os.cpu_count() or 1
     """Trainings at once; when more than one, each gets one thread of the processor."""
+    cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
+    """Where shards are simulated and cells trained."""
     dry_run: bool = False
     """Only print the cells, and how long they will take from rates measured now."""
 
@@ -69,8 +74,9 @@ class RunSuite:
             return
         with only_writer(self.out):
             spec.write(self.out / KEPT, suite)
-            failed = _generate(suite, self.out)
-            failed += _train(suite, self.out, self.jobs, without={name for name, _ in failed})
+            failed = _generate(suite, self.out, self.cluster)
+            without = {name for name, _ in failed}
+            failed += _train(suite, self.out, self.jobs, self.cluster, without=without)
             failed += _try_in_noise(suite, self.out, self.jobs)
             print_status(suite, self.out)
             _report(suite, self.out)
@@ -125,10 +131,10 @@ def _settings(suite: Suite) -> dict[str, object]:
     return settings | {f"variants.{name}": fields for name, fields in suite.variants.items()}
 
 
-def _generate(suite: Suite, out: Path) -> list[tuple[str, int]]:
+def _generate(suite: Suite, out: Path, cluster: Cluster) -> list[tuple[str, int]]:
     """Make the data sets that are missing, one after another: each takes all cores."""
     todo = [
-        job
+        _on(cluster, job)
         for environment in suite.environments
         if not is_complete(jobs.data_folder(environment, out))
         for job in jobs.preparation(suite, environment, out)
@@ -145,7 +151,16 @@ def _generate(suite: Suite, out: Path) -> list[tuple[str, int]]:
     return failed
 
 
-def _train(suite: Suite, out: Path, workers: int, *, without: set[str]) -> list[tuple[str, int]]:
+def _on(cluster: Cluster, job: Job) -> Job:
+    """The job with the cluster's arguments, if it takes them."""
+    if job.arguments[0] != "generate":
+        return job
+    return dataclasses.replace(job, arguments=(*job.arguments, *cluster.arguments))
+
+
+def _train(
+    suite: Suite, out: Path, workers: int, cluster: Cluster, *, without: set[str]
+) -> list[tuple[str, int]]:
     """Train and evaluate the cells that are not done and have their data."""
     now = status(suite, out)
     todo = [
@@ -163,7 +178,11 @@ def _train(suite: Suite, out: Path, workers: int, *, without: set[str]) -> list[
             note = f"{finished} of {len(now)} cells, {_last_said(out, running)}"
             progress.reach(_done(now), note)
 
-        return _run(todo, out, workers=workers, report=tell)
+        if cluster.ray is None or not todo:
+            return _run(todo, out, workers=workers, report=tell)
+        with cluster.connected() as tasks:  # which has its own bounds
+            start = partial(RemoteProcess, tasks)
+            return _run(todo, out, workers=len(todo), report=tell, start=start)
 
 
 def _try_in_noise(suite: Suite, out: Path, workers: int) -> list[tuple[str, int]]:
@@ -189,7 +208,12 @@ def _try_in_noise(suite: Suite, out: Path, workers: int) -> list[tuple[str, int]
 
 
 def _run(
-    todo: Iterable[Job], out: Path, *, workers: int, report: Callable[[Sequence[str]], object]
+    todo: Iterable[Job],
+    out: Path,
+    *,
+    workers: int,
+    report: Callable[[Sequence[str]], object],
+    start: runner.Start | None = None,
 ) -> list[tuple[str, int]]:
     """Run jobs of the suite in `out`; the names and exit statuses of those that failed."""
     ended = runner.run(
@@ -198,6 +222,7 @@ def _run(
         log=lambda name: log_path(out, name),
         options=_plugins(),
         report=report,
+        start=start,
     )
     return [(name, code) for name, code in ended.items() if code]
 

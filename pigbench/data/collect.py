@@ -1,7 +1,7 @@
 """Generating an offline data set: a scripted policy in many simulations at once, shard by shard."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -38,6 +38,12 @@ class Episodes(NamedTuple):
 Simulator = Callable[[Shard, Callable[[int], object]], Episodes]
 """Simulates a shard; the other argument is told how many control steps are done, piece by piece."""
 
+Tell = Callable[[Shard, int], object]
+"""Told of a shard, and how many further control steps of it are done."""
+
+Source = Callable[[Sequence[Shard], Tell], Iterator[tuple[Shard, Episodes]]]
+"""Simulates shards, and gives them in any order."""
+
 
 class Simulation(NamedTuple):
     """One episode under way. A vacant one fills up the last shard's batch and is never stepped."""
@@ -49,8 +55,10 @@ class Simulation(NamedTuple):
     over: jax.Array  # () bool: the policy ended the episode in an earlier row
 
 
-def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> None:
-    """Simulate and write every shard that the data set still lacks.
+def write_missing(
+    env: CubeEnv, policy: Policy | type[Policy], spec: Spec, writer: Writer, source: Source
+) -> None:
+    """Write every shard that the data set still lacks, simulated by `source`.
 
     Raises UserError when the disk has no room for them.
     """
@@ -59,17 +67,27 @@ def write_missing(env: CubeEnv, policy: Policy, spec: Spec, writer: Writer) -> N
     total = sum(shard.episodes for shard in spec.plan()) * most
     remaining = sum(shard.episodes for shard in missing) * most
     require_room(env, spec.fields, remaining, writer.folder)
-    simulate = simulator(env, policy, spec)
     dropped = 0
     with Progress("generate", total=total, unit="transitions", done=total - remaining) as progress:
-        for shard in missing:
+
+        def tell(shard: Shard, steps: int) -> None:
             note = f"{shard.name}, {dropped} episodes dropped"
-            episodes = simulate(
-                shard,
-                lambda steps, each=shard.episodes, note=note: progress.advance(each * steps, note),
-            )
+            progress.advance(shard.episodes * steps, note)
+
+        for shard, episodes in source(missing, tell):
             dropped += episodes.dropped
             writer.write(shard, episodes.arrays, dropped=episodes.dropped)
+
+
+def here(env: CubeEnv, policy: Policy, spec: Spec) -> Source:
+    """Shards one after another, each on all cores of this machine."""
+    simulate = simulator(env, policy, spec)
+
+    def simulated(shards: Sequence[Shard], tell: Tell) -> Iterator[tuple[Shard, Episodes]]:
+        for shard in shards:
+            yield shard, simulate(shard, partial(tell, shard))
+
+    return simulated
 
 
 def simulator(env: CubeEnv, policy: Policy, spec: Spec) -> Simulator:

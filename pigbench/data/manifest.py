@@ -73,6 +73,10 @@ class Spec:
         """How many numbers an observation has."""
         return sum(size for _, size in self.layout)
 
+    def as_json(self) -> str:
+        """What `spec_of` makes the same of."""
+        return json.dumps(dataclasses.asdict(self))
+
     def plan(self) -> tuple[Shard, ...]:
         """The shards of the complete data set."""
         pieces = [
@@ -173,6 +177,11 @@ def read(folder: Path) -> Manifest:
         return manifest.with_shards([*manifest.shards, *added]) if added else manifest
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(f"{path} is torn: {error}") from None
+
+
+def spec_of(content: str) -> Spec:
+    """The specification whose `as_json` is given."""
+    return _spec(json.loads(content))
 
 
 def describe(manifest: Manifest) -> str:

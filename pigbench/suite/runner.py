@@ -6,7 +6,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any, Protocol
 
 from pigbench.suite.jobs import Job
 from pigbench.support.lock import is_held
@@ -21,6 +23,32 @@ _POLL_SECONDS = 1.0
 _PATIENCE_SECONDS = 10.0
 
 
+class Process(Protocol):
+    """A job that has been started, as `subprocess.Popen` has it."""
+
+    returncode: int | Any
+
+    def poll(self) -> int | None:
+        """The exit status; None as long as it runs."""
+        ...
+
+    def wait(self, timeout: float, /) -> int | None:
+        """As `poll`, after so many seconds at most."""
+        ...
+
+    def terminate(self) -> None:
+        """Asks it to end."""
+        ...
+
+    def kill(self) -> None:
+        """Ends it."""
+        ...
+
+
+Start = Callable[[Job, Path, Sequence[str]], Process]
+"""Starts a job, given its log and further options."""
+
+
 def run(
     jobs: Iterable[Job],
     *,
@@ -28,14 +56,17 @@ def run(
     log: Callable[[str], Path],
     options: Sequence[str] = (),
     report: Callable[[Sequence[str]], object] = lambda _: None,
+    start: Start | None = None,
 ) -> Mapping[str, int]:
     """Run jobs, at most `workers` at once, and return their exit statuses by name.
 
     `log` names the file that a job's output is appended to, `options` follow every command, and
     `report` is told the names of jobs under way every second. When it is interrupted, so are
     those it runs. A job whose folder another process is writing, such as one that outlived a
-    killed suite, counts as under way, and is run when that has ended.
+    killed suite, counts as under way, and is run when that has ended. `start` starts a job, by
+    default as a process of this machine.
     """
+    start = start or partial(_start, alone=workers == 1)
     waiting = list(jobs)
     ended: dict[str, int] = {}
     with _processes() as running:
@@ -48,16 +79,16 @@ def run(
             free = [job for job in waiting if job not in held]
             for job in free[: workers - len(running)]:
                 waiting.remove(job)
-                running[job.name] = _start(job, log(job.name), options, alone=workers == 1)
+                running[job.name] = start(job, log(job.name), options)
             report((*running, *(job.name for job in held)))
             time.sleep(_POLL_SECONDS)
     return ended
 
 
 @contextlib.contextmanager
-def _processes() -> Iterator[dict[str, "subprocess.Popen[bytes]"]]:
+def _processes() -> Iterator[dict[str, Process]]:
     """Processes by name; those that are left when the block ends are told to end too."""
-    running: dict[str, subprocess.Popen[bytes]] = {}
+    running: dict[str, Process] = {}
     try:
         yield running
     finally:

@@ -51,7 +51,8 @@ def digests(folder: Path) -> dict[str, str]:
 
 def generate(folder: Path, env: CubeEnv, policy: Policy, **changes) -> Path:
     settings = spec(env, **changes)
-    collect.write_missing(env, policy, settings, Writer(folder, settings))
+    source = collect.here(env, policy, settings)
+    collect.write_missing(env, policy, settings, Writer(folder, settings), source)
     return folder
 
 

@@ -12,29 +12,27 @@ from pigbench.errors import UserError
 from pigbench.training.layout import Layout
 
 TOLERANCE = 1e-5
-"""Of parameters after 20 updates, which move them by about a hundredth: sums in another order."""
+"""Of parameters after 20 updates: sums in another order."""
+LAYOUTS = [[4, 1], [2, 2]]
+"""Devices that share seeds, and batches: of 4 seeds, and of 2 with split batches."""
 
 
-@pytest.mark.parametrize(
-    ("seeds", "how", "layout"),
-    [(4, "", [4, 1]), (1, "data-parallel", [1, 4]), (2, "data-parallel", [2, 2]), (3, "", [3, 1])],
-)
-def test_it_comes_to_the_same(seeds, how, layout):
+def test_it_comes_to_the_same():
     script = str(Path(__file__).with_name("on_devices.py"))
-    flags = f"--xla_force_host_platform_device_count=4 {os.environ.get('XLA_FLAGS', '')}"
+    flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count=4"
     ended = subprocess.run(
-        [sys.executable, script, str(seeds), how],
+        [sys.executable, script],
         capture_output=True,
         text=True,
         check=False,
         env={**os.environ, "XLA_FLAGS": flags, "JAX_PLATFORMS": "cpu"},
     )
     assert ended.returncode == 0, ended.stderr
-    found = json.loads(ended.stdout.splitlines()[-1])
-    assert found["devices"] == 4
-    assert found["layout"] == layout
-    assert found["moved"] > 100 * TOLERANCE
-    assert found["apart"] < TOLERANCE
+    found = [json.loads(line) for line in ended.stdout.splitlines()]
+    assert [one["layout"] for one in found] == LAYOUTS
+    for one in found:
+        assert one["devices"] == 4
+        assert one["apart"] < TOLERANCE < one["moved"] / 100
 
 
 def test_one_device_shares_no_batch():

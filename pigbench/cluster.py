@@ -1,0 +1,192 @@
+"""Ray, an optional extra: work as tasks on a cluster's machines, or on this one's processes.
+
+A task whose process or machine dies is started again, elsewhere.
+"""
+
+import contextlib
+import importlib
+import math
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pigbench.errors import UserError
+from pigbench.suite.jobs import Job
+from pigbench.support.lock import is_held
+
+Result = TypeVar("Result")
+
+_LOCAL = "local"
+_RETRIES = 20
+_IN_FLIGHT = 2  # tasks that are asked for at a time, for each that can run
+_POLL_SECONDS, _PATIENCE_SECONDS = 0.5, 10.0
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Where tasks run, and what each may take there."""
+
+    ray: str | None = None
+    """Ray cluster that shares the work: its address, or local for one of this machine's own."""
+    cpus_per_task: float = 1
+    """Processor cores of a task on the cluster."""
+    gpus_per_task: float = 0
+    """GPUs of a task on the cluster."""
+
+    def __post_init__(self) -> None:
+        for name, least in (("cpus_per_task", 0), ("gpus_per_task", 0)):
+            if not least <= getattr(self, name) < math.inf:
+                raise UserError(f"{name} is {getattr(self, name)}: it must be at least {least}")
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """What a command takes to run on the same cluster."""
+        if self.ray is None:
+            return ()
+        cpus, gpus = str(self.cpus_per_task), str(self.gpus_per_task)
+        return ("--ray", self.ray, "--cpus-per-task", cpus, "--gpus-per-task", gpus)
+
+    @contextlib.contextmanager
+    def connected(self) -> Iterator["Tasks"]:
+        """Tasks on the cluster, as long as the block lasts. UserError if there is no such one."""
+        ray = _ray()
+        address = None if self.ray == _LOCAL else self.ray
+        try:
+            _knock(address)
+            ray.init(
+                address=address,
+                include_dashboard=False if address is None else None,
+                log_to_driver=False,
+                logging_level="error",
+            )
+        except (OSError, RuntimeError, ValueError) as error:
+            raise UserError(f"no Ray cluster answers at {self.ray}: {error}") from None
+        try:
+            yield Tasks(ray, self)
+        finally:
+            ray.shutdown()
+
+
+class Tasks:
+    """Runs functions on the cluster that is connected."""
+
+    def __init__(self, ray: Any, cluster: Cluster) -> None:
+        self._ray = ray
+        # What numbers depend on is the same everywhere; a task's threads are those it is given.
+        environment = {"XLA_FLAGS": os.environ.get("XLA_FLAGS", "")}
+        environment["NPROC"] = str(max(1, math.floor(cluster.cpus_per_task)))
+        self._options = {
+            "num_cpus": cluster.cpus_per_task,
+            "num_gpus": cluster.gpus_per_task,
+            "max_retries": _RETRIES,
+            "runtime_env": {"env_vars": environment},
+        }
+        cores = ray.cluster_resources().get("CPU", 1)
+        self._most = max(1, int(_IN_FLIGHT * cores / max(cluster.cpus_per_task, 1)))
+
+    def start(self, function: Callable[..., Result], *arguments: Any) -> Any:
+        """Ask for `function(*arguments)`; what `finished` and `result` take."""
+        return self._ray.remote(**self._options)(function).remote(*arguments)
+
+    def finished(self, task: Any, *, seconds: float = 0) -> bool:
+        """Has it ended, or does it within so many seconds?"""
+        return bool(self._ray.wait([task], timeout=seconds, fetch_local=False)[0])
+
+    def result(self, task: Any) -> Any:
+        """What it returned. UserError if it could not be run; raises what it raised."""
+        try:
+            return self._ray.get(task)
+        except self._ray.exceptions.RayTaskError as error:
+            raise error.cause from None
+        except self._ray.exceptions.RayError as error:
+            raise UserError(f"the Ray cluster lost a task: {error}") from None
+
+    def cancel(self, task: Any) -> None:
+        """Its process ends at once, if it has begun."""
+        self._ray.cancel(task, force=True)
+
+    def results(
+        self, function: Callable[..., Result], asked: Mapping[str, tuple[Any, ...]]
+    ) -> Iterator[tuple[str, Result]]:
+        """`function(*arguments)` by name, in the order in which they end; few are kept at once."""
+        waiting, running = list(asked), {}
+        while waiting or running:
+            while waiting and len(running) < self._most:
+                name = waiting.pop(0)
+                running[self.start(function, *asked[name])] = name
+            (ended, *_), _ = self._ray.wait(list(running))
+            yield running.pop(ended), self.result(ended)
+
+
+class RemoteProcess:
+    """A `pigbench` command as a task, to be asked what a process of this machine is asked."""
+
+    def __init__(self, tasks: Tasks, job: Job, log: Path, options: Sequence[str]) -> None:
+        self._tasks = tasks
+        arguments = (*job.arguments, *options)
+        folder, log = job.folder.absolute(), log.absolute()
+        self._task = tasks.start(_run, arguments, folder, log, os.getcwd())
+        self.returncode: int | None = None
+
+    def poll(self) -> int | None:
+        """The exit status; None as long as it runs."""
+        if self.returncode is None and self._tasks.finished(self._task):
+            self.returncode = self._tasks.result(self._task)
+        return self.returncode
+
+    def wait(self, seconds: float) -> int | None:
+        """As `poll`, after so many seconds at most."""
+        self._tasks.finished(self._task, seconds=seconds)
+        return self.poll()
+
+    def terminate(self) -> None:
+        """Ends it."""
+        if self.poll() is None:
+            self._tasks.cancel(self._task)
+            self.returncode = -1
+
+    kill = terminate
+
+
+def _run(arguments: Sequence[str], folder: Path, log: Path, place: str) -> int:
+    """On the cluster: a command's exit status; what it says is added to `log`.
+
+    A task that is started again first lets the command end that the one before it left running.
+    """
+    if not log.parent.is_dir():
+        raise UserError(f"{log.parent} is not on every machine of the cluster: share the folder")
+    while is_held(folder):
+        time.sleep(_POLL_SECONDS)
+    with open(log, "ab") as file:
+        return subprocess.run(
+            [sys.executable, "-P", "-m", "pigbench", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            check=False,
+            cwd=place,
+        ).returncode
+
+
+def _knock(address: str | None) -> None:
+    """Raises OSError where nothing listens: Ray itself would try for minutes."""
+    host, colon, port = (address or "").rpartition(":")
+    if colon and port.isdigit():
+        socket.create_connection(
+            (host.removeprefix("ray://"), int(port)), _PATIENCE_SECONDS
+        ).close()
+
+
+def _ray() -> Any:
+    # Its own telling of how it is used would go to the network.
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    try:
+        return importlib.import_module("ray")
+    except ImportError:
+        raise UserError("--ray needs Ray: pip install 'pigbench[ray]'") from None

@@ -1,0 +1,81 @@
+"""Tasks on a Ray cluster of this machine alone, whose processes are killed."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from pigbench import cli
+from pigbench.cluster import Cluster, RemoteProcess, Tasks
+from pigbench.data import dataset
+from pigbench.errors import UserError
+from pigbench.suite import runner
+from pigbench.suite.jobs import Job
+
+LOCAL = Cluster("local", cpus_per_task=0.5)
+SMALL = "--episodes 3 --episodes-per-shard 1 --validation-episodes 0 --episode-length 11"
+
+
+@pytest.fixture
+def tasks():
+    with LOCAL.connected() as tasks:
+        yield tasks
+
+
+def test_a_task_whose_process_is_killed_is_started_again(tasks: Tasks, tmp_path):
+    def attempt(name: str) -> int:
+        """The first attempt waits to be killed."""
+        place = tmp_path / name
+        if not place.exists():
+            place.write_text(str(os.getpid()))
+            time.sleep(600)
+        return len(name)
+
+    victim = tasks.start(attempt, "victim")
+    while not (tmp_path / "victim").exists() or not (tmp_path / "victim").read_text():
+        time.sleep(0.05)
+    assert not tasks.finished(victim)
+    os.kill(int((tmp_path / "victim").read_text()), signal.SIGKILL)
+    assert tasks.result(victim) == len("victim")
+
+    (tmp_path / "a").touch()
+    assert dict(tasks.results(attempt, {"one": ("a",), "two": ("victim",)})) == {"one": 1, "two": 6}
+
+    def refuse() -> None:
+        raise UserError("no")
+
+    with pytest.raises(UserError, match="no"):
+        tasks.result(tasks.start(refuse))
+
+    jobs = [Job(name, tmp_path / name, ("list", name)) for name in ("envs", "nonsense")]
+    ended = runner.run(
+        jobs,
+        workers=2,
+        log=lambda name: tmp_path / f"{name}.log",
+        start=lambda *job: RemoteProcess(tasks, *job),
+    )
+    assert ended == {"envs": 0, "nonsense": 2}
+    assert "cube-octuple" in (tmp_path / "envs.log").read_text()
+    assert "unknown topic 'nonsense'" in (tmp_path / "nonsense.log").read_text()
+
+
+def test_a_data_set_has_the_same_bytes(tmp_path):
+    for out, more in (("here", ""), ("there", "--ray local --cpus-per-task 2")):
+        command = f"generate cube-single --out {tmp_path / out} {SMALL} {more}"
+        cli.run(command.split())
+
+    def contents(folder: Path) -> dict[str, bytes]:
+        paths = (path for path in folder.rglob("*") if path.is_file())
+        return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+    assert contents(tmp_path / "there") == contents(tmp_path / "here")
+    assert dataset.verify(tmp_path / "there") == []
+
+
+def test_a_cluster_that_is_not_there_and_resources_that_cannot_be_are_refused():
+    with pytest.raises(UserError, match=r"no Ray cluster answers at 127\.0\.0\.1:1"):
+        Cluster("127.0.0.1:1").connected().__enter__()
+    with pytest.raises(UserError, match="cpus_per_task is -1"):
+        Cluster("local", cpus_per_task=-1)
