@@ -26,9 +26,10 @@ def jax_defaults() -> Iterator[None]:
 
 def in_force() -> dict[str, str]:
     """What bits may still depend on beside seeds and versions, ready for JSON."""
+    settings = jax.config.values
     return {
         "platform": devices.backend(),
-        "precision": "double" if jax.config.jax_enable_x64 else "single",
-        "matmul_precision": jax.config.jax_default_matmul_precision or "default",
+        "precision": "double" if settings["jax_enable_x64"] else "single",
+        "matmul_precision": settings["jax_default_matmul_precision"] or "default",
         "XLA_FLAGS": os.environ.get("XLA_FLAGS", ""),
     }

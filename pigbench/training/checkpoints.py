@@ -84,7 +84,10 @@ class Checkpoints:
         """
         try:
             with _without_log():
-                restored = self._manager.restore(step, args=ocp.args.StandardRestore(like))
+                restored = cast(
+                    TrainState,
+                    self._manager.restore(step, args=ocp.args.StandardRestore(like)),
+                )
                 kept = self._manager.metadata(step).custom_metadata or {}
         except Exception as error:  # Orbax raises many kinds for a torn or foreign checkpoint
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -92,12 +95,12 @@ class Checkpoints:
                 f"{self.folder / str(step)} cannot be read ({reason}); "
                 "remove it and train again in the same folder"
             ) from None
-        if kept.get(_DIGEST, _digest(restored)) != _digest(restored):  # those from before have none
+        if kept.get(_DIGEST) not in (None, _digest(restored)):  # those from before have none
             raise UserError(
                 f"{self.folder / str(step)} is altered: its numbers have not the checksum that it "
                 "bears; remove it and train again in the same folder"
             )
-        return cast(TrainState, restored)
+        return restored
 
     def close(self) -> None:
         """Let go of the folder."""
@@ -126,7 +129,7 @@ def _digest(state: TrainState) -> str:
     """The SHA-256 of all numbers of a state, in hexadecimal."""
     digest = hashlib.sha256()
     for leaf in jax.device_get(jax.tree.leaves(state)):
-        digest.update(np.ascontiguousarray(leaf))
+        digest.update(np.ascontiguousarray(leaf).data)
     return digest.hexdigest()
 
 
