@@ -8,7 +8,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 _ROOT = Path(__file__).parents[1]
-_SHOWN = {".md", ".png"}
+_SHOWN = {".md", ".png", ".json", ".jsonl"}
 _PACKAGE = _ROOT / "build" / "api" / "pigbench"
 
 
@@ -20,7 +20,7 @@ def on_config(config: MkDocsConfig) -> None:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Adds pages and pictures of `results`."""
+    """Adds pages, pictures and logs of `results`."""
     for path in sorted((_ROOT / "results").rglob("*")):
         if path.suffix in _SHOWN:
             name = path.relative_to(_ROOT).as_posix()
