@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File, Files
 
 _ROOT = Path(__file__).parents[1]
@@ -12,6 +13,7 @@ _SHOWN = {".md", ".png", ".json", ".jsonl"}
 _PACKAGE = _ROOT / "build" / "api" / "pigbench"
 
 
+@event_priority(100)  # before the plugin looks for the package
 def on_config(config: MkDocsConfig) -> None:
     """Lays the package out as it is when installed: `agents` and `envs` are parts of it."""
     shutil.rmtree(_PACKAGE, ignore_errors=True)

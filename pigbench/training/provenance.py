@@ -44,7 +44,7 @@ def surroundings() -> dict[str, Any]:
             "device_count": jax.device_count(),
             "threads": os.environ.get("NPROC", "all"),  # of XLA
         },
-        "settings": settings.in_force(),
+        "numerics": settings.in_force(),
     }
 
 

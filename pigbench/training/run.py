@@ -124,9 +124,13 @@ def open_run(
     files.write_json(path / PROVENANCE_FILE, provenance)
     content = {name: values.tolist() for name, values in statistics._asdict().items()}
     files.write_json(path / STATISTICS_FILE, files.sealed(content))
-    # Last, because it is what makes the folder a run.
-    files.write_json(path / CONFIG_FILE, files.sealed(dataclasses.asdict(config)))
-    return Run(path, config)
+    run = Run(path, config)
+    _write_config(run)  # last, because it is what makes the folder a run
+    return run
+
+
+def _write_config(run: Run) -> None:
+    files.write_json(run.path / CONFIG_FILE, files.sealed(dataclasses.asdict(run.config)))
 
 
 def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
@@ -134,7 +138,7 @@ def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
     kept = files.read_json(longer.path / PROVENANCE_FILE)
     extended = kept.get("extended", {}) | {str(longer.config.steps): provenance}
     files.write_json(longer.path / PROVENANCE_FILE, kept | {"extended": extended})
-    files.write_json(longer.path / CONFIG_FILE, dataclasses.asdict(longer.config))
+    _write_config(longer)
 
 
 def _require_own(path: Path) -> None:

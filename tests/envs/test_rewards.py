@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pigbench import envs
-from pigbench.envs.observation import metres
+from pigbench.envs.units import metres
 from pigbench.envs.rewards import Situation, place, reach, sparse
 from pigbench.errors import UserError
 

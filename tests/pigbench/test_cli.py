@@ -216,7 +216,8 @@ def test_an_interrupted_command_says_what_running_it_again_does(name, monkeypatc
     with pytest.raises(SystemExit) as stop:
         cli.main()
     assert stop.value.code == 143
-    then = "go on" if name in ("generate", "data import", "train", "suite") else "begin anew"
+    resume = ("generate", "data filter", "data push", "data pull", "data import", "train", "suite")
+    then = "go on" if name in resume else "begin anew"
     expected = f"pigbench: interrupted; run the same command again to {then}\n"
     assert capsys.readouterr().err == expected
 

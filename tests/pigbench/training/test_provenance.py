@@ -23,7 +23,7 @@ def test_provenance_is_json_and_names_the_commit(tmp_path):
     found = provenance(dataset=tmp_path, dataset_digest="ab")
     files.write_json(tmp_path / "provenance.json", found)
     assert json.loads((tmp_path / "provenance.json").read_text()) == found
-    assert found["settings"] == settings.in_force()
+    assert found["numerics"] == settings.in_force()
     root = Path(__file__).parents[2]
     if (root / ".git").exists():
         command = ["git", "-C", str(root), "rev-parse", "HEAD"]
