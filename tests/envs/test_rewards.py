@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pigbench import envs
-from pigbench.envs.units import metres
 from pigbench.envs.rewards import Situation, place, reach, sparse
+from pigbench.envs.units import metres
 from pigbench.errors import UserError
 
 
