@@ -9,7 +9,7 @@ from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File, Files
 
 _ROOT = Path(__file__).parents[1]
-_SHOWN = {".md", ".png", ".json", ".jsonl"}
+_SHOWN = {".md", ".png", ".csv", ".json", ".jsonl"}
 _PACKAGE = _ROOT / "build" / "api" / "pigbench"
 
 
