@@ -4,7 +4,6 @@ A task whose process or machine dies is started again, elsewhere.
 """
 
 import contextlib
-import importlib
 import math
 import os
 import socket
@@ -18,6 +17,7 @@ from typing import Any, TypeVar
 
 from pigbench.errors import UserError
 from pigbench.suite.jobs import Job
+from pigbench.support.extras import required
 from pigbench.support.lock import is_held
 
 Result = TypeVar("Result")
@@ -40,9 +40,9 @@ class Cluster:
     """GPUs of a task on the cluster."""
 
     def __post_init__(self) -> None:
-        for name, least in (("cpus_per_task", 0), ("gpus_per_task", 0)):
-            if not least <= getattr(self, name) < math.inf:
-                raise UserError(f"{name} is {getattr(self, name)}: it must be at least {least}")
+        for name in ("cpus_per_task", "gpus_per_task"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise UserError(f"{name} is {getattr(self, name)}: it must be at least 0")
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -186,7 +186,4 @@ def _knock(address: str | None) -> None:
 def _ray() -> Any:
     # Its own telling of how it is used would go to the network.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    try:
-        return importlib.import_module("ray")
-    except ImportError:
-        raise UserError("--ray needs Ray: pip install 'pigbench[ray]'") from None
+    return required("ray", extra="ray")[0]

@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -13,21 +12,15 @@ from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
-from pigbench.envs.scene import CONTROL_STEP
 from pigbench.errors import UserError, lookup, unknown_name
 from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
+from pigbench.training import films
 from pigbench.training.evaluate import Evaluation
+from pigbench.training.films import Shot
 from pigbench.training.recording import make_recorder
 from pigbench.training.restore import restore
-
-
-class Shot(NamedTuple):
-    """Simulation states (rows, nq), and the goal (num_cubes, 3) to be shown, if any."""
-
-    qpos: np.ndarray
-    goal: np.ndarray | None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -150,14 +143,7 @@ class RenderData:
 
 
 def _film(path: Path, renderer: Renderer, shots: Sequence[Shot]) -> None:
-    """At the simulation's own pace."""
+    """With the progress of drawing it."""
     total = sum(len(shot.qpos) for shot in shots)
     with Progress("render", total=total, unit="pictures") as progress:
-
-        def frames():
-            for shot in shots:
-                for qpos in shot.qpos:
-                    yield renderer.draw(qpos, shot.goal)
-                    progress.advance(1)
-
-        pictures.write_mp4(path, frames(), rate=round(1 / CONTROL_STEP))
+        films.write(path, renderer, shots, drawn=lambda: progress.advance(1))
