@@ -20,10 +20,12 @@ class Renderer:
     Raises UserError where nothing can be drawn.
     """
 
-    def __init__(self, num_cubes: int, *, width: int = 640, height: int = 480) -> None:
+    def __init__(
+        self, num_cubes: int, *, width: int = 640, height: int = 480, shadows: bool = True
+    ) -> None:
         model = appearance.build(num_cubes, width=width, height=height)
         self._data = mujoco.MjData(model)
-        self._canvas = Canvas(model, width=width, height=height)
+        self._canvas = Canvas(model, width=width, height=height, shadows=shadows)
 
     def __enter__(self) -> "Renderer":
         return self
@@ -45,11 +47,14 @@ class Renderer:
 class Canvas:
     """Draws a MuJoCo model as its free camera sees it. Raises UserError where that cannot be."""
 
-    def __init__(self, model: mujoco.MjModel, *, width: int, height: int) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, *, width: int, height: int, shadows: bool = True
+    ) -> None:
         self.model = model
         self._camera, self._option = mujoco.MjvCamera(), mujoco.MjvOption()
         mujoco.mjv_defaultFreeCamera(model, self._camera)
         self._scene = mujoco.MjvScene(model, maxgeom=1000)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         self._frame = mujoco.MjrRect(0, 0, width, height)
         self._opengl = _opengl(width, height)
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)

@@ -70,7 +70,7 @@ class Train:
     """Where metrics and success rates are shown: tensorboard, wandb, trackio, or one of your own;
     several, or none."""
     films: bool = False
-    """Show films of evaluations too, the first episode of each task, and keep them in films/."""
+    """Keep films of evaluations in films/, a success and a failure of each task, and show them."""
     evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)

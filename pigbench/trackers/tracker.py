@@ -2,7 +2,7 @@
 
 Training metrics have the names that `metrics.jsonl` has; evaluations come as
 "evaluation/success", each further measure of episodes, "evaluation/task1_horizontal/success" and
-so on, and films as "evaluation/film".
+so on, and films as "evaluation/film/task1_horizontal/success".
 """
 
 import abc

@@ -1,6 +1,6 @@
-"""Films of simulations, and of a policy's evaluation episodes, the first of each task."""
+"""Films of simulations, and of an evaluation: a success and a failure of each task."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,11 +12,12 @@ from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.support import pictures
 from pigbench.training.evaluate import Evaluation, Report
-from pigbench.training.recording import make_recorder
+from pigbench.training.recording import Recording, make_recorder
 
 _SIZE = {"width": 320, "height": 240}
+_EVERY = 2  # control steps between two pictures of an evaluation's film
 
-Filmer = Callable[[Params, Path, Report], None]
+Filmer = Callable[[Params, Path, Report], Mapping[str, Path]]
 
 
 class Shot(NamedTuple):
@@ -31,25 +32,48 @@ def write(
     renderer: Renderer,
     shots: Iterable[Shot],
     drawn: Callable[[], object] = lambda: None,
+    *,
+    every: int = 1,
 ) -> None:
-    """Writes the film of shots at the simulation's own pace; `drawn` is called at each picture."""
+    """Writes a film of one in `every` states, at the simulation's own pace.
+
+    `drawn` is called at each picture.
+    """
 
     def frames() -> Iterator[np.ndarray]:
         for shot in shots:
-            for qpos in shot.qpos:
+            for qpos in shot.qpos[::every]:
                 yield renderer.draw(qpos, shot.goal)
                 drawn()
 
-    pictures.write_mp4(path, frames(), rate=round(1 / CONTROL_STEP))
+    pictures.write_mp4(path, frames(), rate=round(1 / (CONTROL_STEP * every)))
 
 
 def make_filmer(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Filmer:
-    """A function that writes the film of a policy, given its parameters, to a file."""
-    record = make_recorder(env, agent, Evaluation(1, evaluation.seed))
+    """A function that films a policy's evaluation, given its parameters, into a folder.
 
-    def film(params: Params, path: Path, report: Report) -> None:
-        shots = [Shot(recording.qpos, recording.target) for recording in record(params, report)]
-        with Renderer(env.spec.num_cubes, **_SIZE) as renderer:
-            write(path, renderer, shots)
+    It returns the files by names such as "task1_horizontal/success".
+    """
+    record = make_recorder(env, agent, evaluation)
+
+    def film(params: Params, folder: Path, report: Report) -> dict[str, Path]:
+        # Without shadows a picture takes a third of the time.
+        paths = {}
+        with Renderer(env.spec.num_cubes, shadows=False, **_SIZE) as renderer:
+            for name, recording in _examples(env, record(params, report)).items():
+                paths[name] = folder / f"{name.replace('/', '-')}.mp4"
+                shot = Shot(recording.qpos, recording.target)
+                write(paths[name], renderer, [shot], every=_EVERY)
+        return paths
 
     return film
+
+
+def _examples(env: CubeEnv, recordings: Iterable[Recording]) -> dict[str, Recording]:
+    """The first success and the first failure of each task."""
+    examples: dict[str, Recording] = {}
+    for recording in recordings:
+        task = env.spec.tasks[recording.task - 1].name
+        outcome = "success" if recording.success else "failure"
+        examples.setdefault(f"{task}/{outcome}", recording)
+    return examples

@@ -4,7 +4,7 @@ config.json       what was asked for: it identifies the run
 provenance.json   what it was made with: versions, commit, machine, data set; and extended with
 statistics.json   mean and deviation of the data's observations, which standardising needs
 metrics.jsonl     training metrics (`pigbench.training.metrics`), for trackers' files too
-films/            films of evaluations, where they were asked for
+films/STEP/       films of an evaluation, where they were asked for
 episodes.csv      every evaluation episode (`pigbench.training.episodes`)
 noise/            the same with other noise of the cubes' estimates: 5.csv is of 5 mm
 checkpoints/      training states

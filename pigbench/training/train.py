@@ -128,13 +128,12 @@ def train(
             for run, state, saved, shown in zip(runs, states, checkpoints, trackers, strict=True):
                 outcome = evaluator(state.acting, partial(tell, "evaluating"))
                 rows = as_episodes(outcome, env, evaluation, step=step)
-                film = run.path / "films" / f"{step:09d}.mp4"
-                if filmer is not None:
-                    filmer(state.acting, film, partial(tell, "filming"))
+                folder = run.path / "films" / f"{step:09d}"
+                filmed = filmer(state.acting, folder, partial(tell, "filming")) if filmer else {}
                 for tracker in shown:
                     tracker.scalars(step, evaluated(rows))
-                    if filmer is not None:
-                        tracker.film(step, FILM, film)
+                    for name, film in filmed.items():
+                        tracker.film(step, f"{FILM}/{name}", film)
                 episodes.record(run.episodes_path, rows)
                 saved.save(state)
                 outcomes.append(outcome)

@@ -61,13 +61,21 @@ def test_metrics_success_rates_and_films_are_shown(drawing, env, tmp_path, confi
     )
     films = [call for call in Told.calls if len(call) == 3]
     assert films == [
-        (step, "evaluation/film", run.path / f"films/{step:09d}.mp4") for step in (0, 4)
+        (
+            step,
+            f"evaluation/film/{task}/{outcome}",
+            run.path / f"films/{step:09d}/{task}-{outcome}.mp4",
+        )
+        for step in (0, 4)
+        for task, outcome in (("solved", "success"), ("far", "failure"))
     ]
     import av
 
-    with av.open(films[-1][2]) as film:
-        frames = list(film.decode(video=0))
-    assert len(frames) == 2 + 7  # one step solves the first task, six do not the second
+    lengths = {}
+    for _, name, path in films[-2:]:
+        with av.open(path) as film:
+            lengths[name] = len(list(film.decode(video=0)))
+    assert list(lengths.values()) == [1, 4]  # of two and seven states, every second
     told = [call for call in Told.calls if len(call) == 2]
     assert [step for step, _ in told] == [0, 1, 2, 3, 4, 4]
     evaluation = told[-1][1]
