@@ -15,7 +15,7 @@ from pigbench import cli, envs, plugins
 from pigbench.agents import AgentConfig
 from pigbench.cluster import Cluster, RemoteProcess
 from pigbench.commands.report import order
-from pigbench.commands.suite_status import KEPT, print_status
+from pigbench.commands.suite_status import print_status
 from pigbench.errors import UserError, lookup
 from pigbench.report import plots, stats, tables
 from pigbench.report.formats import markdown_grid
@@ -67,13 +67,13 @@ class RunSuite:
             raise UserError(f"jobs is {self.jobs}: it must be at least 1")
         suite = spec.read(self.file)
         configs = _check(suite, self.out)
-        if (self.out / KEPT).exists():
+        if (self.out / spec.KEPT).exists():
             _require_compatible(self.out, suite)
         if self.dry_run:
             _print_plan(suite, self.out, estimate.estimate(suite, configs, self.out), self.jobs)
             return
         with only_writer(self.out):
-            spec.write(self.out / KEPT, suite)
+            spec.write(self.out / spec.KEPT, suite)
             failed = _generate(suite, self.out, self.cluster)
             without = {name for name, _ in failed}
             failed += _train(suite, self.out, self.jobs, self.cluster, without=without)
@@ -99,7 +99,7 @@ def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
 
 def _require_compatible(out: Path, suite: Suite) -> None:
     """A suite may grow along its axes, and train longer; what its cells have in common stays."""
-    kept = spec.read_kept(out / KEPT)
+    kept = spec.read_kept(out / spec.KEPT)
     asked = {environment.name: environment.steps for environment in suite.environments}
     for environment in kept.environments:
         if asked.get(environment.name, environment.steps) < environment.steps:

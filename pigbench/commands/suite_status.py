@@ -10,8 +10,6 @@ from pigbench.suite import spec
 from pigbench.suite.spec import Suite
 from pigbench.suite.status import status
 
-KEPT = "suite.json"
-
 
 @dataclasses.dataclass(frozen=True)
 class SuiteStatus:
@@ -22,7 +20,7 @@ class SuiteStatus:
 
     def run(self) -> None:
         """Print a line a cell."""
-        print_status(spec.read_kept(self.out / KEPT), self.out)
+        print_status(spec.read_kept(self.out / spec.KEPT), self.out)
 
 
 def print_status(suite: Suite, out: Path) -> None:

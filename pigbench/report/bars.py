@@ -7,27 +7,20 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pigbench.report import canvas, stats
-from pigbench.report.scoring import Scoring, milestones, task_success
+from pigbench.report.scoring import Groups, Scoring, by_stage, by_task
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
 from pigbench.report.tables import ordered
-from pigbench.training.measures import MEASURES
 
 _HEIGHT = 2.1  # inches
 _BAR = 0.11
 _LEAST_GROUP = 1.3  # that a task's name has room in
 _GAP = 1.0  # bars
 
-Groups = Mapping[str, Estimate | None]  # by what stands below them; None where it is not known
-
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
     """A bar a method: the mean over seeds, with a whisker of one standard deviation each way."""
-
-    def by_task(group: Sequence[Result]) -> Groups:
-        return {name: value for (_, name), value in task_success(group, scoring).items()}
-
-    by_cell = {cell: by_task(group) for cell, group in stats.cells(results).items()}
+    by_cell = {cell: by_task(group, scoring) for cell, group in stats.cells(results).items()}
     return _draw(by_cell, order, scoring, quantity="success (%)")
 
 
@@ -36,13 +29,7 @@ def draw_milestones(results: Sequence[Result], order: Sequence[str], scoring: Sc
 
     Where a run's file does not tell, a dash stands in the bar's place.
     """
-    stages = [measure.label for measure in MEASURES.values() if measure.stage]
-
-    def by_stage(group: Sequence[Result]) -> Groups:
-        found = milestones(group, scoring)
-        return {stage: found.get(stage) for stage in stages}
-
-    by_cell = {cell: by_stage(group) for cell, group in stats.cells(results).items()}
+    by_cell = {cell: by_stage(group, scoring) for cell, group in stats.cells(results).items()}
     return _draw(by_cell, order, scoring, quantity="episodes (%)")
 
 

@@ -23,6 +23,7 @@ Key = TypeVar("Key")
 
 Curve = Mapping[int, Estimate]  # by training step, in order
 Task = tuple[int, str]  # number and name
+Groups = Mapping[str, Estimate | None]  # by a bar's group; None where it is not known
 
 
 class Checkpoint(NamedTuple):
@@ -98,6 +99,18 @@ def milestones(results: Sequence[Result], scoring: Scoring) -> dict[str, Estimat
         scoring,
         {measure.label: partial(stats.mean, measure=measure) for measure in MEASURES.values()},
     )
+
+
+def by_task(results: Sequence[Result], scoring: Scoring) -> Groups:
+    """`task_success` by the tasks' names."""
+    return {name: value for (_, name), value in task_success(results, scoring).items()}
+
+
+def by_stage(results: Sequence[Result], scoring: Scoring) -> Groups:
+    """`milestones` that are stages, from touching a cube to success."""
+    found = milestones(results, scoring)
+    stages = [measure.label for measure in MEASURES.values() if measure.stage]
+    return {stage: found.get(stage) for stage in stages}
 
 
 def thresholds(results: Sequence[Result], scoring: Scoring) -> dict[float, Estimate]:

@@ -53,6 +53,7 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
         "rows": suite.rows,
         "keep": suite.keep,
         "logger": suite.logger,
+        "films": suite.films,
         "variant": cell.variant,
         "seed": cell.seed,
         "steps": cell.environment.steps,

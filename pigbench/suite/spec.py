@@ -18,6 +18,9 @@ from pigbench.support import files
 from pigbench.support.compare import flatten
 from pigbench.training.run import Keep
 
+KEPT = "suite.json"
+"""What `write` is to keep a suite in, in its folder."""
+
 READY = Path(__file__).parent / "ready"
 """The folder of suites that come with the package."""
 
@@ -73,6 +76,7 @@ class Suite:
     rows: HomeChoice = "auto"  # where trainings keep the data's rows
     keep: Keep = "last"  # checkpoints of trainings that stay
     logger: tuple[str, ...] = ("tensorboard",)  # where trainings are shown
+    films: bool = False  # whether evaluations are filmed
     data: Data = field(default_factory=Data)
     agent: Mapping[str, Any] = field(default_factory=dict)
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: {"": {}})

@@ -1,4 +1,4 @@
-"""Where a result comes from: versions, commit, machine and settings."""
+"""Where a result comes from: versions, commit, machine, settings and command."""
 
 import importlib.metadata
 import os
@@ -11,6 +11,7 @@ from typing import Any
 import jax
 
 from pigbench import settings
+from pigbench.support import typed
 
 PACKAGES = ("pigbench", "jax", "mujoco")
 
@@ -29,7 +30,11 @@ def _version(package: str) -> str:
 
 def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
     """What is to be kept beside a result, ready for JSON."""
-    return surroundings() | {"dataset": str(dataset), "dataset_digest": dataset_digest}
+    return surroundings() | {
+        "dataset": str(dataset),
+        "dataset_digest": dataset_digest,
+        "command": typed.command(),
+    }
 
 
 def surroundings() -> dict[str, Any]:

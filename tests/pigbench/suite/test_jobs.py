@@ -44,8 +44,14 @@ def test_a_cell_is_trained_as_the_suite_says(suite):
     assert command.out == OUT / "cube-double/h-flow-gcivl/3"
     assert (command.preset, command.agent.batch_size) == ("cpu", 256)
     assert (command.rows, command.keep, command.logger) == ("auto", "last", ("tensorboard",))
+    assert not command.films
     assert (command.evaluate_every, command.evaluation.episodes) == (5_000, 20)
     assert command.agent.learning_rate == 1e-3
+
+
+def test_a_suite_may_ask_for_films(write):
+    suite = spec.read(write(f"films = true\n{write().read_text()}"))
+    assert cli.parse(jobs.training(suite, suite.cells()[0], OUT).arguments).films
 
 
 def test_overrides_of_every_kind_reach_the_configuration(write):

@@ -19,11 +19,13 @@ def test_versions_are_the_installed_ones():
     }
 
 
-def test_provenance_is_json_and_names_the_commit(tmp_path):
+def test_provenance_is_json_and_names_the_commit_and_the_command(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["/bin/pigbench", "train", "gcivl", "--out", "a folder"])
     found = provenance(dataset=tmp_path, dataset_digest="ab")
     files.write_json(tmp_path / "provenance.json", found)
     assert json.loads((tmp_path / "provenance.json").read_text()) == found
     assert found["numerics"] == settings.in_force()
+    assert found["command"] == "pigbench train gcivl --out 'a folder'"
     root = Path(__file__).parents[2]
     if (root / ".git").exists():
         command = ["git", "-C", str(root), "rev-parse", "HEAD"]
