@@ -57,6 +57,7 @@ COMMANDS = {
     ),
     "suite status": Command("suite_status", "SuiteStatus", "how far a suite is"),
     "plot": Command("report", "Plot", "curves, bars, boxes or profiles of runs as a picture"),
+    "report": Command("report", "Report", "a page of runs or of a suite, for any browser"),
     "export": Command("export", "Export", "write a policy that acts without pigbench, to share"),
     "render": Command("render", "Render", "a task as a picture, a policy's episodes as a film"),
     "analyze": Command("analyze", "Analyze", "residuals of a value function by contact mode"),

@@ -1,6 +1,7 @@
-"""`pigbench table` and `pigbench plot`: what runs achieved, from their saved files alone."""
+"""`pigbench table`, `plot` and `report`: what runs achieved, from their saved files alone."""
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ from pigbench.errors import UserError, lookup
 from pigbench.report import stats, tables
 from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Result
+from pigbench.support.extras import required
 from pigbench.training.run import read_run
 
 Runs = tyro.conf.Positional[tuple[Path, ...]]
@@ -78,3 +80,29 @@ class Plot:
             _results(self.runs), self.out, kind=self.kind, order=order(), scoring=self.scoring
         )
         print(f"{self.out} is drawn")
+
+
+@dataclasses.dataclass(frozen=True)
+class Report:
+    """Make a page of runs or of a suite, however far they are: tables, interactive figures, films,
+    configurations, provenance and commands. It opens without a network.
+    """
+
+    runs: Runs
+    """Folders of runs, or of suites."""
+    out: Path = Path("report")
+    """Folder of the page, index.html, and of films, if runs have any."""
+    scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
+    """How runs become numbers, except in curves."""
+
+    def run(self) -> None:
+        """Make the page."""
+        print(f"{write_page(self.runs, self.out, self.scoring)} is made")
+
+
+def write_page(folders: Sequence[Path], out: Path, scoring: Scoring | None = None) -> Path:
+    """The page's file, made. Raises UserError, too where a package is missing that it takes."""
+    required("bokeh", "jinja2", extra="report")
+    from pigbench.page import page
+
+    return page.write(folders, out, order=order(), scoring=scoring)

@@ -14,7 +14,7 @@ import tyro
 from pigbench import cli, envs, plugins
 from pigbench.agents import AgentConfig
 from pigbench.cluster import Cluster, RemoteProcess
-from pigbench.commands.report import order
+from pigbench.commands.report import order, write_page
 from pigbench.commands.suite_status import print_status
 from pigbench.errors import UserError, lookup
 from pigbench.report import plots, stats, tables
@@ -39,6 +39,7 @@ from pigbench.support.progress import Progress, duration
 from pigbench.training.run import read_run
 
 _LAST_LINES = 3
+_PAGE = "report"
 _FORMATS = {"markdown": "md", "latex": "tex", "csv": "csv"}
 
 
@@ -80,6 +81,7 @@ class RunSuite:
             failed += _try_in_noise(suite, self.out, self.jobs)
             print_status(suite, self.out)
             _report(suite, self.out)
+            _write_page(self.out)
         if failed:
             _explain(failed, self.out)
             sys.exit(1)
@@ -268,21 +270,22 @@ def _report(suite: Suite, out: Path) -> None:
     if not runs:
         return
     results = stats.read_results(read_run(run) for run in runs)
-    shown = {
-        "improvement": len({result.run.config.label for result in results}) > 1,
-        "noise": any(result.run.noise_paths() for result in results),
-    }
-    made = [
-        make(results, order=order())
-        for name, make in tables.TABLES.items()
-        if shown.get(name, True)
-    ]
+    telling = tables.telling(results)
+    made = [tables.TABLES[name](results, order=order()) for name in telling]
     for style, extension in _FORMATS.items():
         files.write_text(out / f"tables.{extension}", tables.render_all(made, style))
-    kinds = [kind for kind in plots.KINDS if kind != "columns" or _has_low_levels(results)]
+    fits = {"columns": _has_low_levels(results), "profile": "aggregate" in telling}
+    kinds = [kind for kind in plots.KINDS if fits.get(kind, True)]
     for kind, extension in itertools.product(kinds, ("png", "pdf")):
         plots.plot(results, out / f"{kind}.{extension}", kind=kind, order=order())
     print(f"tables and figures lie in {out}")
+
+
+def _write_page(out: Path) -> None:
+    try:
+        print(f"{write_page([out], out / _PAGE)} shows them")
+    except UserError as error:  # the suite is whole without it
+        print(f"no page is made: {error}")
 
 
 def _has_low_levels(results: Iterable[Result]) -> bool:

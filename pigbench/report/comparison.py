@@ -1,7 +1,7 @@
 """Methods against each other over all environments that every one of them has."""
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from pigbench.errors import UserError
 from pigbench.report import bootstrap, measures, stats
 from pigbench.report.bootstrap import Strata
 from pigbench.report.scoring import Scoring, stratum
-from pigbench.report.stats import Estimate, Result
+from pigbench.report.stats import Cell, Estimate, Result
 
 AGGREGATES: Mapping[str, Callable[[Strata], np.ndarray]] = {
     "IQM": measures.interquartile_mean,
@@ -36,22 +36,27 @@ def pool(results: Iterable[Result], scoring: Scoring) -> Pool:
     """All results, of environments that no method lacks. Raises UserError when there is none."""
     cells = stats.cells(results)
     methods = sorted({cell.method for cell in cells})
-    environments = sorted(
-        environment
-        for environment in {cell.environment for cell in cells}
-        if all((method, environment) in cells for method in methods)
-    )
+    environments = common_environments(cells)
     if not environments:
         raise UserError(f"no environment has runs of all methods: {', '.join(methods)}")
     return Pool(
         environments,
         {
             method: [
-                stratum(cells[stats.Cell(method, environment)], scoring)
-                for environment in environments
+                stratum(cells[Cell(method, environment)], scoring) for environment in environments
             ]
             for method in methods
         },
+    )
+
+
+def common_environments(cells: Collection[Cell]) -> list[str]:
+    """The environments that no method lacks."""
+    methods = {cell.method for cell in cells}
+    return sorted(
+        environment
+        for environment in {cell.environment for cell in cells}
+        if all(Cell(method, environment) in cells for method in methods)
     )
 
 

@@ -29,6 +29,7 @@ __all__ = [
     "render",
     "render_all",
     "task_table",
+    "telling",
     "threshold_table",
 ]
 
@@ -249,6 +250,18 @@ TABLES: Mapping[str, Callable[..., Table]] = {
     "thresholds": threshold_table,
     "noise": noise_table,
 }
+
+
+def telling(results: Sequence[Result]) -> list[str]:
+    """The names of the `TABLES` that results fill: others compare methods, or tell of noise."""
+    cells = stats.cells(results)
+    pooled = bool(comparison.common_environments(cells))
+    fits = {
+        "aggregate": pooled,
+        "improvement": pooled and len({cell.method for cell in cells}) > 1,
+        "noise": any(result.run.noise_paths() for result in results),
+    }
+    return [name for name in TABLES if fits.get(name, True)]
 
 
 def ordered(names: Iterable[str], order: Sequence[str]) -> list[str]:

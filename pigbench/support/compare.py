@@ -1,7 +1,7 @@
-"""Are two configurations the same, and if not, where do they differ first?"""
+"""Are configurations the same, and if not, where do they differ?"""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pigbench.errors import UserError
@@ -23,6 +23,26 @@ def first_difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> Dif
         if pair[0] != pair[1]:
             return Difference(name, *pair)
     return None
+
+
+def split(
+    configs: Sequence[Mapping[str, Any]],
+) -> tuple[dict[str, Any], dict[str, list[Any]]]:
+    """The fields that all share, with their value, and the others, with that of each.
+
+    Names are dotted and values compared as in `first_difference`; None is that of a missing field.
+    """
+    every = [_fields(config) for config in configs]
+    values = {
+        name: [fields.get(name) for fields in every]
+        for name in dict.fromkeys(name for fields in every for name in fields)
+    }
+    differing = {
+        name: own
+        for name, own in values.items()
+        if any(name not in fields or fields[name] != own[0] for fields in every)
+    }
+    return {name: own[0] for name, own in values.items() if name not in differing}, differing
 
 
 def require_same(what: str, stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:

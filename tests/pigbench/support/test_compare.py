@@ -1,7 +1,7 @@
 import pytest
 
 from pigbench.errors import UserError
-from pigbench.support.compare import first_difference, require_same
+from pigbench.support.compare import first_difference, require_same, split
 
 
 def test_equal_as_json_is_equal():
@@ -19,6 +19,15 @@ def test_equal_as_json_is_equal():
 )
 def test_the_first_difference_is_named_with_dots(second, expected):
     assert first_difference({"a": 1, "b": {"c": 2, "d": 4}}, second) == expected
+
+
+def test_configurations_split_into_what_they_share_and_what_not():
+    shared, differing = split(
+        [{"a": 1, "b": {"c": (2,), "d": 4}}, {"a": 1, "b": {"c": [2], "d": 5}, "e": None}]
+    )
+    assert shared == {"a": 1, "b.c": [2]}
+    assert differing == {"b.d": [4, 5], "e": [None, None]}
+    assert split([]) == ({}, {})
 
 
 def test_the_error_is_one_line_with_both_values():

@@ -1,0 +1,221 @@
+"""Interactive figures of one environment, by Bokeh, as JSON that its script draws.
+
+What is of a method bears its name, by which a page hides and shows it. What changes its colour
+between light and dark bears both as its tag.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from bokeh.embed import json_item
+from bokeh.models import (
+    ColumnDataSource,
+    FactorRange,
+    HoverTool,
+    Model,
+    NumeralTickFormatter,
+    Whisker,
+)
+from bokeh.plotting import figure
+
+from pigbench.page.looks import Look, Shade, look
+from pigbench.report import stats
+from pigbench.report.bootstrap import LEVEL
+from pigbench.report.scoring import Groups
+from pigbench.report.stats import Estimate, Result
+
+_INK = Shade("#4a4d55", "#b9bcc4")
+_RULE = Shade("#e6e6ea", "#31343c")
+_GROUND = Shade("#ffffff", "#1d1f25")
+_FONT = "system-ui, sans-serif"
+_TOOLS = "xpan,box_zoom,reset,save"
+_BAR = 9  # pixels, at the least
+_GAP = 1.4  # bars, between groups
+
+Json = dict[str, Any]
+
+
+def curves(
+    finished: Mapping[str, Sequence[Result]], unfinished: Mapping[str, Sequence[Result]]
+) -> Json:
+    """Success over training, each by method: means over seeds, and runs that go on, one by one.
+
+    The band is one standard deviation to each side.
+    """
+    plot = _figure(height=340, x_axis_label="training steps", y_axis_label="success (%)")
+    plot.xaxis.formatter = NumeralTickFormatter(format="0.[0]a")
+    marks = []
+    for method, group in finished.items():
+        curve = stats.success_curve(group)
+        data = {"step": list(curve)} | _columns(method, curve.values())
+        marks.append(_line(plot, method, data))
+        if any(estimate.deviation is not None for estimate in curve.values()):
+            own = look(method)
+            band = plot.varea(
+                "step", "low", "high", source=marks[-1].data_source, name=method, fill_alpha=0.15
+            )
+            _shade(band.glyph, fill_color=own.shade)
+    for method, group in unfinished.items():
+        for result in group:
+            curve = {step: Estimate(value) for step, value in stats.run_curve(result).items()}
+            told = f"{method}, seed {result.run.config.seed}, unfinished"
+            data = {"step": list(curve)} | _columns(told, curve.values())
+            marks.append(_line(plot, method, data, alpha=0.45))
+    step = ("step", "@step{0,0}")
+    plot.add_tools(
+        HoverTool(tooltips=[*_TOOLTIPS, step], renderers=marks, point_policy="snap_to_data")
+    )
+    return _json(plot)
+
+
+def bars(groups: Mapping[str, Groups], quantity: str) -> Json:
+    """A bar for each method in each group, with a whisker of one standard deviation each way."""
+    names = list(dict.fromkeys(name for own in groups.values() for name in own))
+    places = [(name, method) for name in names for method in groups]
+    plot = _figure(
+        height=280,
+        min_width=int(_BAR * (len(places) + _GAP * len(names))) + 80,
+        x_range=FactorRange(*places, group_padding=_GAP, range_padding=0.02),
+        y_axis_label=quantity,
+    )
+    plot.xgrid.visible = False
+    plot.xaxis.major_label_text_font_size = "0px"  # the legend tells methods
+    plot.xaxis.major_tick_line_color = None
+    plot.xaxis.group_text_font = _FONT
+    plot.xaxis.group_text_font_style = "normal"
+    plot.xaxis.separator_line_color = None
+    _shade(plot.xaxis[0], **_axis(plot.xaxis[0]), group_text_color=_INK)
+    drawn = []
+    for method, own in groups.items():
+        known = {name: estimate for name, estimate in own.items() if estimate is not None}
+        source = ColumnDataSource(
+            {"place": [(name, method) for name in known], "group": list(known)}
+            | _columns(method, known.values())
+        )
+        drawn.append(_bars(plot, method, source))
+        if any(estimate.deviation is not None for estimate in known.values()):
+            whisker = Whisker(
+                source=source, base="place", lower="low", upper="high", name=method, line_width=1
+            )
+            for head in (whisker.upper_head, whisker.lower_head):
+                head.size = 4  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue]
+                _shade(head, line_color=_INK)
+            _shade(whisker, line_color=_INK)
+            plot.add_layout(whisker)
+        unknown = [(name, method) for name in own if own[name] is None]
+        dash = plot.text(
+            x=unknown,
+            y=[0] * len(unknown),
+            text=["–"] * len(unknown),
+            text_align="center",
+            name=method,
+        )
+        _shade(dash.glyph, text_color=look(method).shade)
+    plot.add_tools(HoverTool(tooltips=[("", "@group"), *_TOOLTIPS], renderers=drawn))
+    return _json(plot)
+
+
+_TOOLTIPS = [("", "@method"), ("value", "@shown"), ("interval", "@interval"), ("seeds", "@seeds")]
+
+
+def _figure(**options: Any) -> figure:
+    plot = figure(
+        sizing_mode="stretch_width",
+        tools=_TOOLS,
+        active_drag=None,  # a finger scrolls the page
+        y_range=(-2, 102),
+        background_fill_color=None,
+        border_fill_color=None,
+        outline_line_color=None,
+        toolbar_location="right",
+        **options,
+    )
+    plot.toolbar.logo = None
+    plot.toolbar.autohide = True
+    plot.yaxis.ticker = [0, 25, 50, 75, 100]
+    for axis in plot.axis:
+        axis.axis_label_text_font = axis.major_label_text_font = _FONT
+        axis.axis_label_text_font_style = "normal"
+        axis.minor_tick_line_color = None
+        axis.major_tick_in = 0
+        _shade(axis, **_axis(axis))
+    for grid in plot.grid:
+        _shade(grid, grid_line_color=_RULE)
+    return plot
+
+
+def _axis(axis: Any) -> dict[str, Shade]:
+    """The colours of an axis; of none of its ticks if it has no ticks."""
+    names = ["axis_label_text_color", "major_label_text_color"]
+    return (
+        dict.fromkeys(names, _INK)
+        | {"axis_line_color": _RULE}
+        | ({} if axis.major_tick_line_color is None else {"major_tick_line_color": _RULE})
+    )
+
+
+def _line(plot: figure, method: str, data: Mapping[str, Any], alpha: float = 1.0) -> Any:
+    """A method's curve; its marks, which tell of themselves."""
+    own, source = look(method), ColumnDataSource(dict(data))
+    dash = [round(float(length)) for length in own.dash.split()]
+    line = plot.line(
+        "step", "value", source=source, name=method, line_width=1.8, line_dash=dash, alpha=alpha
+    )
+    marks = plot.scatter(
+        "step", "value", source=source, name=method, marker=own.marker, size=6, alpha=alpha
+    )
+    _shade(line.glyph, line_color=own.shade)
+    _shade(marks.glyph, line_color=own.shade, fill_color=own.shade)
+    return marks
+
+
+def _bars(plot: figure, method: str, source: ColumnDataSource) -> Any:
+    own: Look = look(method)
+    drawn = plot.vbar(
+        "place",
+        top="value",
+        width=0.9,
+        source=source,
+        name=method,
+        line_color=None,
+        hatch_pattern=own.hatch,
+        hatch_scale=7,
+        hatch_weight=0.8,
+    )
+    _shade(drawn.glyph, fill_color=own.shade, hatch_color=_GROUND)
+    return drawn
+
+
+def _columns(method: str, estimates: Iterable[Estimate]) -> dict[str, list[Any]]:
+    """What a figure and its tooltips show of estimates."""
+    estimates = list(estimates)
+    return {
+        "method": [method] * len(estimates),
+        "value": [estimate.value for estimate in estimates],
+        "low": [estimate.value - (estimate.deviation or 0.0) for estimate in estimates],
+        "high": [estimate.value + (estimate.deviation or 0.0) for estimate in estimates],
+        "shown": [_with_deviation(estimate) for estimate in estimates],
+        "interval": [_interval(estimate) for estimate in estimates],
+        "seeds": [estimate.seeds for estimate in estimates],
+    }
+
+
+def _with_deviation(estimate: Estimate) -> str:
+    deviation = "" if estimate.deviation is None else f" ± {estimate.deviation:.1f}"
+    return f"{estimate.value:.1f}{deviation}"
+
+
+def _interval(estimate: Estimate) -> str:
+    if estimate.interval is None:
+        return "–"
+    return f"{estimate.interval.low:.1f} to {estimate.interval.high:.1f} ({LEVEL} %)"
+
+
+def _shade(model: Model, **shades: Shade) -> None:
+    """Gives a model its colours on light ground, and as its tag those on either."""
+    model.update(**{name: shade.light for name, shade in shades.items()})
+    model.tags = [{name: list(shade) for name, shade in shades.items()}]
+
+
+def _json(plot: figure) -> Json:
+    return dict(json_item(plot))

@@ -1,0 +1,99 @@
+"""The page's file: its content in its template, with all scripts and styles in it."""
+
+import json
+import shutil
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from bokeh.resources import Resources
+
+from pigbench.errors import UserError
+from pigbench.page import entries, records
+from pigbench.page.looks import look
+from pigbench.page.sections import TABLES, Section, sections
+from pigbench.report import tables
+from pigbench.report.scoring import Scoring
+from pigbench.support import files
+
+PAGE, FILMS = "index.html", "films"
+_HERE = Path(__file__).parent
+_HEADLINE = "methods"
+
+
+def require_own(out: Path) -> None:
+    """Raises UserError unless a page can be written there: it replaces nothing but a page."""
+    files.require_folder(out)
+    if out.is_dir() and not {PAGE, FILMS}.issuperset(path.name for path in out.iterdir()):
+        raise UserError(f"{out} is not an empty folder and holds no report: choose another")
+
+
+def write(
+    folders: Sequence[Path], out: Path, *, order: Sequence[str] = (), scoring: Scoring | None = None
+) -> Path:
+    """Makes the page of runs and suites in the folder `out`, with its films; returns its file.
+
+    Raises UserError when there are none, when those that are done are not comparable, and as
+    `require_own`.
+    """
+    require_own(out)
+    found = entries.read(folders)
+    if not found:
+        raise UserError("no runs are given: name the folder of one or more, or of a suite")
+    scoring = scoring or Scoring()
+    done = [entry.result for entry in found if entry.done and entry.result]
+    unfinished = [entry.result for entry in found if not entry.done and entry.result]
+    told = sections(done, unfinished, order, scoring)
+    methods = {result.run.config.label for result in [*done, *unfinished]}
+    made = {
+        name: tables.TABLES[name](done, order=order, scoring=scoring)
+        for name in (tables.telling(done) if done else ())
+        if name not in TABLES
+    }
+    runs = [entry.saved.run for entry in found if entry.saved]
+    configurations = records.configurations(runs, order)
+    text = _render(
+        title=", ".join(folder.resolve().name for folder in folders if entries.is_suite(folder)),
+        entries=found,
+        looks={method: look(method) for method in tables.ordered(methods, order)},
+        headline=made.pop(_HEADLINE, None),
+        tables=made,
+        sections=told,
+        compared=records.compared(configurations),
+        configurations=configurations,
+        provenance=records.provenance(runs),
+        commands=records.commands(folders),
+    )
+    with files.replacing_folder(out) as folder:
+        (folder / PAGE).write_text(text, encoding="utf-8")
+        _copy_films(told, folder / FILMS)
+    return out / PAGE
+
+
+def _render(**content: Any) -> str:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_HERE),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"plain": _plain, "json_text": partial(json.dumps, indent=1)}
+    bokeh = Resources(mode="inline", components=["bokeh"], log_level="warn")
+    return environment.get_template("page.html").render(bokeh="\n".join(bokeh.js_raw), **content)
+
+
+def _copy_films(told: Sequence[Section], folder: Path) -> None:
+    for section in told:
+        for name, film in section.films.items():
+            folder.mkdir(exist_ok=True)
+            shutil.copyfile(film.path, folder / name)
+
+
+def _plain(value: Any) -> str:
+    """A value of a configuration as a reader wants it: text without quotes, a dash for none."""
+    if value is None:
+        return "–"
+    return value if isinstance(value, str) else json.dumps(value)

@@ -1,0 +1,114 @@
+"""How a page's runs were made: their configurations, their provenance and the commands."""
+
+import dataclasses
+import json
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pigbench.page.entries import is_suite
+from pigbench.report import stats
+from pigbench.report.stats import Cell
+from pigbench.report.tables import ordered
+from pigbench.suite import jobs, spec
+from pigbench.suite.jobs import Job
+from pigbench.support import files, typed
+from pigbench.support.compare import flatten, split
+from pigbench.training.run import PROVENANCE_FILE, Run, read_run
+
+_NAMED = 3  # runs, where more have the same provenance
+_COMMAND = "command"
+
+
+class Fields(NamedTuple):
+    """Values by field: what all columns share, and of what differs that of each column."""
+
+    columns: Sequence[str]
+    shared: Mapping[str, Any]
+    differing: Mapping[str, Sequence[Any]]
+
+
+class Commands(NamedTuple):
+    """Commands, and what they made."""
+
+    made: str
+    lines: Sequence[str]
+
+
+def configurations(runs: Sequence[Run], order: Sequence[str]) -> dict[str, Mapping[str, Any]]:
+    """What identifies each cell, by its name: environments and methods of each in order."""
+    cells = stats.grouped(runs, lambda run: Cell(run.config.label, run.config.environment))
+    return {
+        f"{environment} {method}": _configuration(cells[Cell(method, environment)])
+        for environment in ordered({cell.environment for cell in cells}, order)
+        for method in ordered({cell.method for cell in cells}, order)
+        if Cell(method, environment) in cells
+    }
+
+
+def _configuration(runs: Sequence[Run]) -> dict[str, Any]:
+    config = dataclasses.asdict(runs[0].config)
+    del config["seed"]
+    return config | {"seeds": sorted(run.config.seed for run in runs)}
+
+
+def compared(configs: Mapping[str, Mapping[str, Any]]) -> Fields:
+    """The fields of configurations, by cell."""
+    return Fields(list(configs), *split(list(configs.values())))
+
+
+def provenance(runs: Sequence[Run]) -> Fields:
+    """The fields of provenance but for commands; a column for all runs that agree in them."""
+    groups = stats.grouped(runs, lambda run: json.dumps(_origin(run)))
+    columns = [_names(group) for group in groups.values()]
+    return Fields(columns, *split([json.loads(origin) for origin in groups]))
+
+
+def commands(folders: Sequence[Path]) -> list[Commands]:
+    """The command that makes this page, and those that made what it is of, as far as is known."""
+    made = [Commands("this page", [typed.command()])]
+    alone = [read_run(folder) for folder in folders if not is_suite(folder)]
+    lines = [line for run in alone for line in _typed(run)]
+    if lines:
+        made.append(Commands("its runs", list(dict.fromkeys(lines))))
+    unknown = [str(run.path) for run in alone if not _typed(run)]
+    if unknown:
+        made.append(Commands("runs from before commands were kept", unknown))
+    for folder in filter(is_suite, folders):
+        suite = spec.read_kept(folder / spec.KEPT)
+        every = [
+            *(job for one in suite.environments for job in jobs.preparation(suite, one, folder)),
+            *(jobs.training(suite, cell, folder) for cell in suite.cells()),
+        ]
+        made.append(Commands(f"the suite {folder}", [_line(job) for job in every]))
+    return made
+
+
+def _line(job: Job) -> str:
+    return shlex.join(["pigbench", *job.arguments])
+
+
+def _names(runs: Sequence[Run]) -> str:
+    names = [f"{run.config.environment} {run.config.label} {run.config.seed}" for run in runs]
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _kept(run: Run) -> Iterator[tuple[str, Any]]:
+    """The fields of the run's provenance, their names dotted; none if it has none."""
+    path = run.path / PROVENANCE_FILE
+    return flatten(files.read_json(path) if path.exists() else {})
+
+
+def _origin(run: Run) -> dict[str, Any]:
+    return {name: value for name, value in _kept(run) if not _is_command(name)}
+
+
+def _typed(run: Run) -> list[str]:
+    """The commands that made and extended the run, none if it is from before they were kept."""
+    return [value for name, value in _kept(run) if _is_command(name)]
+
+
+def _is_command(field: str) -> bool:
+    return field.rpartition(".")[-1] == _COMMAND

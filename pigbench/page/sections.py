@@ -1,0 +1,96 @@
+"""What a page tells of one environment."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from pigbench.page import figures, films
+from pigbench.page.figures import Json
+from pigbench.page.films import Film
+from pigbench.report import stats, tables
+from pigbench.report.formats import Table
+from pigbench.report.scoring import Scoring, by_stage, by_task
+from pigbench.report.stats import Result
+
+TABLES = ("tasks", "milestones", "thresholds")
+"""Those of `tables.TABLES` that are of tasks, or whose rows are an environment's methods."""
+
+
+class Figure(NamedTuple):
+    """A figure that Bokeh's script draws."""
+
+    title: str
+    caption: str
+    json: Json
+
+
+@dataclass(frozen=True)
+class Section:
+    """Figures and tables of one environment, and films by their files' names beside the page."""
+
+    environment: str
+    figures: Sequence[Figure]
+    tables: Mapping[str, Table]
+    films: Mapping[str, Film]
+
+
+def sections(
+    done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
+) -> list[Section]:
+    """A section an environment, in order. Of what is unfinished there are curves and films alone.
+
+    Raises UserError when what is done is not comparable.
+    """
+    mine = stats.grouped(done, _environment)
+    going_on = stats.grouped(unfinished, _environment)
+    return [
+        Section(
+            environment,
+            list(
+                _figures(mine.get(environment, []), going_on.get(environment, []), order, scoring)
+            ),
+            _tables(mine.get(environment, []), order, scoring),
+            {
+                f"{environment}-{film.task}-{film.outcome}.mp4": film
+                for film in films.choose(
+                    [*mine.get(environment, []), *going_on.get(environment, [])]
+                )
+            },
+        )
+        for environment in tables.ordered({*mine, *going_on}, order)
+    ]
+
+
+def _figures(
+    done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
+) -> Iterable[Figure]:
+    finished = _by_method(done, order)
+    yield Figure(
+        "Success over training",
+        "Mean over seeds in a band of one standard deviation to each side."
+        + (" Faint: runs that are not finished, one by one." if unfinished else ""),
+        figures.curves(finished, _by_method(unfinished, order)),
+    )
+    if finished:
+        how = f"{scoring.wording.capitalize()}; whiskers: one standard deviation over seeds."
+        for title, groups, quantity in (
+            ("Success on each task", by_task, "success (%)"),
+            ("How far episodes came", by_stage, "episodes (%)"),
+        ):
+            found = {method: groups(group, scoring) for method, group in finished.items()}
+            yield Figure(title, how, figures.bars(found, quantity))
+
+
+def _tables(done: Sequence[Result], order: Sequence[str], scoring: Scoring) -> dict[str, Table]:
+    if not done:
+        return {}
+    return {name: tables.TABLES[name](done, order=order, scoring=scoring) for name in TABLES}
+
+
+def _by_method(results: Sequence[Result], order: Sequence[str]) -> dict[str, list[Result]]:
+    groups = stats.grouped(results, lambda result: result.run.config.label)
+    return {method: groups[method] for method in tables.ordered(groups, order)}
+
+
+def _environment(result: Result) -> str:
+    return result.run.config.environment
