@@ -29,7 +29,9 @@ _RULE = Shade("#e6e6ea", "#31343c")
 _GROUND = Shade("#ffffff", "#1d1f25")
 _FONT = "system-ui, sans-serif"
 _TOOLS = "xpan,box_zoom,reset,save"
-_BAR = 9  # pixels, at the least
+_AXIS = 80  # pixels
+_BAR = 9  # at the least
+_LETTER = 8
 _GAP = 1.4  # bars, between groups
 
 Json = dict[str, Any]
@@ -74,7 +76,11 @@ def bars(groups: Mapping[str, Groups], quantity: str) -> Json:
     places = [(name, method) for name in names for method in groups]
     plot = _figure(
         height=280,
-        min_width=int(_BAR * (len(places) + _GAP * len(names))) + 80,
+        min_width=_AXIS
+        + max(
+            int(_BAR * (len(places) + _GAP * len(names))),
+            _LETTER * max(map(len, names)) * len(names),
+        ),
         x_range=FactorRange(*places, group_padding=_GAP, range_padding=0.02),
         y_axis_label=quantity,
     )

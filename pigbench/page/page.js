@@ -2,9 +2,9 @@
 
 const root = document.documentElement;
 const systemDark = matchMedia("(prefers-color-scheme: dark)");
-const figures = []; // the roots of Bokeh's models
-
 const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : systemDark.matches);
+
+const figures = () => Bokeh.documents.flatMap((doc) => doc.roots());
 
 // Models bear, as their tag, the colours of their properties on light ground and on dark.
 function paint(figure) {
@@ -18,7 +18,7 @@ function paint(figure) {
 
 function showTheme() {
   document.querySelector(".theme").textContent = isDark() ? "light" : "dark";
-  figures.forEach(paint);
+  figures().forEach(paint);
 }
 
 document.querySelector(".theme").addEventListener("click", () => {
@@ -32,7 +32,7 @@ for (const button of document.querySelectorAll(".legend button")) {
   button.addEventListener("click", () => {
     const shown = button.getAttribute("aria-pressed") !== "true";
     button.setAttribute("aria-pressed", shown);
-    for (const figure of figures) {
+    for (const figure of figures()) {
       for (const model of figure.references()) {
         if (model.name === button.dataset.method) model.visible = shown;
       }
@@ -69,15 +69,13 @@ for (const button of document.querySelectorAll("thead button")) {
 async function draw() {
   for (const place of document.querySelectorAll(".figure")) {
     const item = JSON.parse(place.querySelector("script").textContent);
-    const views = await Bokeh.embed.embed_item(item, place.id);
-    for (const view of views) {
-      figures.push(view.model);
-      paint(view.model);
-    }
+    await Bokeh.embed.embed_item(item, place.id);
   }
-  root.dataset.drawn = figures.length;
+  showTheme();
+  root.dataset.drawn = figures().length;
 }
 
-document.querySelector(".made").textContent = new Date(document.lastModified).toLocaleString();
-showTheme();
+const when = { dateStyle: "long", timeStyle: "short" };
+const made = new Date(document.lastModified).toLocaleString(undefined, when);
+document.querySelector(".made").textContent = made;
 draw();

@@ -1,6 +1,7 @@
 """The page's file: its content in its template, with all scripts and styles in it."""
 
 import json
+import re
 import shutil
 from collections.abc import Sequence
 from functools import partial
@@ -9,6 +10,7 @@ from typing import Any
 
 import jinja2
 from bokeh.resources import Resources
+from markupsafe import Markup
 
 from pigbench.errors import UserError
 from pigbench.page import entries, records
@@ -47,15 +49,18 @@ def write(
     unfinished = [entry.result for entry in found if not entry.done and entry.result]
     told = sections(done, unfinished, order, scoring)
     methods = {result.run.config.label for result in [*done, *unfinished]}
+    shown = set(tables.telling(done) if done else ()) - {*TABLES}
+    if len(told) == 1:
+        shown -= {"aggregate"}  # it is of environments
     made = {
         name: tables.TABLES[name](done, order=order, scoring=scoring)
-        for name in (tables.telling(done) if done else ())
-        if name not in TABLES
+        for name in tables.TABLES
+        if name in shown
     }
     runs = [entry.saved.run for entry in found if entry.saved]
     configurations = records.configurations(runs, order)
     text = _render(
-        title=", ".join(folder.resolve().name for folder in folders if entries.is_suite(folder)),
+        title=", ".join(_titles(folders, told)),
         entries=found,
         looks={method: look(method) for method in tables.ordered(methods, order)},
         headline=made.pop(_HEADLINE, None),
@@ -72,6 +77,12 @@ def write(
     return out / PAGE
 
 
+def _titles(folders: Sequence[Path], told: Sequence[Section]) -> list[str]:
+    """The suites' names, or else those of environments."""
+    suites = [folder.resolve().name for folder in folders if entries.is_suite(folder)]
+    return suites or [section.environment for section in told] or ["runs"]
+
+
 def _render(**content: Any) -> str:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_HERE),
@@ -80,7 +91,14 @@ def _render(**content: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"plain": _plain, "json_text": partial(json.dumps, indent=1)}
+    # Bokeh reads an object's fields in their order, which Jinja's own settings do not keep.
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
+    environment.tests["digest"] = re.compile(r"[0-9a-f]{40,}").fullmatch
+    environment.filters |= {
+        "breakable": _breakable,
+        "json_text": partial(json.dumps, indent=1),
+        "plain": _plain,
+    }
     bokeh = Resources(mode="inline", components=["bokeh"], log_level="warn")
     return environment.get_template("page.html").render(bokeh="\n".join(bokeh.js_raw), **content)
 
@@ -90,6 +108,11 @@ def _copy_films(told: Sequence[Section], folder: Path) -> None:
         for name, film in section.films.items():
             folder.mkdir(exist_ok=True)
             shutil.copyfile(film.path, folder / name)
+
+
+def _breakable(name: str) -> Markup:
+    """A dotted name or a path that may go on in the next line after a dot or a slash."""
+    return Markup("<wbr>").join(re.split(r"(?<=[./])", name))
 
 
 def _plain(value: Any) -> str:

@@ -22,10 +22,14 @@ _COMMAND = "command"
 
 
 class Fields(NamedTuple):
-    """Values by field: what all columns share, and of what differs that of each column."""
+    """Values by field, one a column: None where it has no such field.
+
+    Of `shared` a single one, which all columns have. Those that have one of `partial` agree in it.
+    """
 
     columns: Sequence[str]
-    shared: Mapping[str, Any]
+    shared: Mapping[str, Sequence[Any]]
+    partial: Mapping[str, Sequence[Any]]
     differing: Mapping[str, Sequence[Any]]
 
 
@@ -55,14 +59,31 @@ def _configuration(runs: Sequence[Run]) -> dict[str, Any]:
 
 def compared(configs: Mapping[str, Mapping[str, Any]]) -> Fields:
     """The fields of configurations, by cell."""
-    return Fields(list(configs), *split(list(configs.values())))
+    return _fields(list(configs), list(configs.values()))
+
+
+def _fields(columns: Sequence[str], configs: Sequence[Mapping[str, Any]]) -> Fields:
+    shared, others = split(configs)
+    partial = {
+        name for name, values in others.items() if len(set(map(json.dumps, _had(values)))) < 2
+    }
+    return Fields(
+        columns,
+        {name: [value] for name, value in shared.items()},
+        {name: values for name, values in others.items() if name in partial},
+        {name: values for name, values in others.items() if name not in partial},
+    )
+
+
+def _had(values: Sequence[Any]) -> list[Any]:
+    return [value for value in values if value is not None]
 
 
 def provenance(runs: Sequence[Run]) -> Fields:
     """The fields of provenance but for commands; a column for all runs that agree in them."""
     groups = stats.grouped(runs, lambda run: json.dumps(_origin(run)))
     columns = [_names(group) for group in groups.values()]
-    return Fields(columns, *split([json.loads(origin) for origin in groups]))
+    return _fields(columns, [json.loads(origin) for origin in groups])
 
 
 def commands(folders: Sequence[Path]) -> list[Commands]:
