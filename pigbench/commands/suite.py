@@ -45,7 +45,7 @@ _FORMATS = {"markdown": "md", "latex": "tex", "csv": "csv"}
 
 @dataclasses.dataclass(frozen=True)
 class RunSuite:
-    """Generate, train, evaluate, tabulate and plot all that a suite file asks for.
+    """Generate, train, evaluate, tabulate, plot and report all that a suite file asks for.
 
     Run the same command again after it was cut off: what is finished is skipped, what was cut off
     goes on. A cell that fails does not stop the others.
@@ -54,7 +54,7 @@ class RunSuite:
     file: tyro.conf.Positional[Path]
     """A TOML file, or the name of a suite that comes with pigbench."""
     out: Path
-    """Folder of the suite's data, runs, logs, tables and figures."""
+    """Folder of the suite's data, runs, logs, tables, figures and page."""
     jobs: int = os.cpu_count() or 1
     """Trainings at once; when more than one, each gets one thread of the processor."""
     cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
@@ -284,7 +284,7 @@ def _report(suite: Suite, out: Path) -> None:
 def _write_page(out: Path) -> None:
     try:
         print(f"{write_page([out], out / _PAGE)} shows them")
-    except UserError as error:  # the suite is whole without it
+    except (UserError, OSError) as error:  # the suite is whole without it
         print(f"no page is made: {error}")
 
 

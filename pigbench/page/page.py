@@ -17,6 +17,7 @@ from pigbench.page import entries, records
 from pigbench.page.looks import look
 from pigbench.page.sections import TABLES, Section, sections
 from pigbench.report import tables
+from pigbench.report.bootstrap import LEVEL
 from pigbench.report.scoring import Scoring
 from pigbench.support import files
 
@@ -62,6 +63,7 @@ def write(
     text = _render(
         title=", ".join(_titles(folders, told)),
         entries=found,
+        level=LEVEL,
         looks={method: look(method) for method in tables.ordered(methods, order)},
         headline=made.pop(_HEADLINE, None),
         tables=made,

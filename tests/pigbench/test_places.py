@@ -27,6 +27,7 @@ FOLDERS = {
     "toy": "toy --out {}",
     "bench device": "bench device --out {}",
     "suite": "suite cpu-flat --out {}",
+    "report": "report nothing --out {}",
 }
 FILES = {
     "render": "render cube-single --out {}.png",

@@ -20,6 +20,9 @@ LIGHT = (
     "table --help",
     "plot RUN --out F.png",
     "plot --help",
+    "report RUN",
+    "report SUITE",
+    "report --help",
     "suite status SUITE",
     "suite status --help",
 )

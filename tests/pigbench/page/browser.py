@@ -87,12 +87,9 @@ class Page:
             assert not self.complaints
             time.sleep(0.05)
 
-    def screenshot(self, path: Path) -> None:
-        """The whole page as a picture."""
-        size = self.call("Page.getLayoutMetrics")["cssContentSize"]
-        clip = {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}
-        shot = self.call("Page.captureScreenshot", captureBeyondViewport=True, clip=clip)
-        path.write_bytes(base64.b64decode(shot["data"]))
+    def screenshot(self) -> bytes:
+        """What is seen, as PNG."""
+        return base64.b64decode(self.call("Page.captureScreenshot")["data"])
 
     def _next(self) -> dict[str, Any]:
         while b"\0" not in self._buffer:
