@@ -1,6 +1,5 @@
 """What a page is of: trainings, however far they are, from their files alone."""
 
-import contextlib
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -76,10 +75,12 @@ def _of_run(folder: Path) -> Entry:
 def _of_suite(folder: Path) -> Iterator[Entry]:
     suite = spec.read_kept(folder / spec.KEPT)
     for cell, state, steps, success in status(suite, folder):
-        saved = None
-        # What is not done may have nothing to read, or what made it fail.
-        with contextlib.suppress(*(() if state == DONE else (UserError,))):
+        try:
             saved = _saved(folder / cell.name)
+        except UserError:
+            if state == DONE:
+                raise
+            saved = None  # nothing is there yet, or what made it fail
         yield Entry(cell.name, state, steps, cell.environment.steps, success, saved)
 
 

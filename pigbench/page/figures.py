@@ -18,7 +18,7 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from pigbench.page.looks import Look, Shade, look
+from pigbench.page.looks import Shade, look
 from pigbench.report import stats
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.scoring import Groups
@@ -176,7 +176,7 @@ def _line(plot: figure, method: str, data: Mapping[str, Any], alpha: float = 1.0
 
 
 def _bars(plot: figure, method: str, source: ColumnDataSource) -> Any:
-    own: Look = look(method)
+    own = look(method)
     drawn = plot.vbar(
         "place",
         top="value",

@@ -10,8 +10,10 @@ from pigbench.agents import Statistics
 from pigbench.data.sampler import Rows
 from pigbench.envs.rendering import Renderer
 from pigbench.errors import UserError
+from pigbench.page.films import choose
+from pigbench.report.stats import Result
 from pigbench.trackers import Tracker
-from pigbench.training import metrics
+from pigbench.training import episodes, metrics
 from pigbench.training import run as runs
 from pigbench.training.evaluate import Evaluation
 from pigbench.training.train import Schedule, train
@@ -76,6 +78,11 @@ def test_metrics_success_rates_and_films_are_shown(drawing, env, tmp_path, confi
         with av.open(path) as film:
             lengths[name] = len(list(film.decode(video=0)))
     assert list(lengths.values()) == [1, 4]  # of two and seven states, every second
+    found = choose([Result(run, episodes.read(run.episodes_path))])
+    assert [(film.task, film.outcome, film.step, film.path) for film in found] == [
+        ("far", "failure", 4, films[-1][2]),
+        ("solved", "success", 4, films[-2][2]),
+    ]
     told = [call for call in Told.calls if len(call) == 2]
     assert [step for step, _ in told] == [0, 1, 2, 3, 4, 4]
     evaluation = told[-1][1]
