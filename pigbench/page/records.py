@@ -22,12 +22,12 @@ _COMMAND = "command"
 
 
 class Fields(NamedTuple):
-    """Values by field, one a column: None where it has no such field.
+    """Values by field, one a column, whose header has lines: None where it has no such field.
 
     Of `shared` a single one, which all columns have. Those that have one of `partial` agree in it.
     """
 
-    columns: Sequence[str]
+    columns: Sequence[Sequence[str]]
     shared: Mapping[str, Sequence[Any]]
     partial: Mapping[str, Sequence[Any]]
     differing: Mapping[str, Sequence[Any]]
@@ -36,7 +36,7 @@ class Fields(NamedTuple):
 class Commands(NamedTuple):
     """Commands, and what they made."""
 
-    made: str
+    title: str
     lines: Sequence[str]
 
 
@@ -59,10 +59,10 @@ def _configuration(runs: Sequence[Run]) -> dict[str, Any]:
 
 def compared(configs: Mapping[str, Mapping[str, Any]]) -> Fields:
     """The fields of configurations, by cell."""
-    return _fields(list(configs), list(configs.values()))
+    return _fields([name.split(" ", 1) for name in configs], list(configs.values()))
 
 
-def _fields(columns: Sequence[str], configs: Sequence[Mapping[str, Any]]) -> Fields:
+def _fields(columns: Sequence[Sequence[str]], configs: Sequence[Mapping[str, Any]]) -> Fields:
     shared, others = split(configs)
     partial = {
         name for name, values in others.items() if len(set(map(json.dumps, _had(values)))) < 2
@@ -88,21 +88,21 @@ def provenance(runs: Sequence[Run]) -> Fields:
 
 def commands(folders: Sequence[Path]) -> list[Commands]:
     """The command that makes this page, and those that made what it is of, as far as is known."""
-    made = [Commands("this page", [typed.command()])]
+    made = [Commands("This page", [typed.command()])]
     alone = [read_run(folder) for folder in folders if not is_suite(folder)]
     lines = [line for run in alone for line in _typed(run)]
     if lines:
-        made.append(Commands("its runs", list(dict.fromkeys(lines))))
+        made.append(Commands("Its runs", list(dict.fromkeys(lines))))
     unknown = [str(run.path) for run in alone if not _typed(run)]
     if unknown:
-        made.append(Commands("runs from before commands were kept", unknown))
+        made.append(Commands("Runs from before commands were kept", unknown))
     for folder in filter(is_suite, folders):
         suite = spec.read_kept(folder / spec.KEPT)
         every = [
             *(job for one in suite.environments for job in jobs.preparation(suite, one, folder)),
             *(jobs.training(suite, cell, folder) for cell in suite.cells()),
         ]
-        made.append(Commands(f"the suite {folder}", [_line(job) for job in every]))
+        made.append(Commands(f"The suite {folder}", [_line(job) for job in every]))
     return made
 
 
@@ -110,10 +110,10 @@ def _line(job: Job) -> str:
     return shlex.join(["pigbench", *job.arguments])
 
 
-def _names(runs: Sequence[Run]) -> str:
+def _names(runs: Sequence[Run]) -> list[str]:
     names = [f"{run.config.environment} {run.config.label} {run.config.seed}" for run in runs]
     more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+    return [*names[:_NAMED], f"and {more} more"] if more > 0 else names
 
 
 def _kept(run: Run) -> Iterator[tuple[str, Any]]:
