@@ -14,6 +14,8 @@ from bokeh.models import (
     HoverTool,
     Model,
     NumeralTickFormatter,
+    Range1d,
+    TeeHead,
     Whisker,
 )
 from bokeh.plotting import figure
@@ -33,6 +35,7 @@ _AXIS = 80  # pixels
 _BAR = 9  # at the least
 _LETTER = 8
 _GAP = 1.4  # bars, between groups
+_TOOLTIPS = [("", "@method"), ("value", "@shown"), ("seeds", "@seeds")]
 
 Json = dict[str, Any]
 
@@ -63,34 +66,35 @@ def curves(
             told = f"{method}, seed {result.run.config.seed}, unfinished"
             data = {"step": list(curve)} | _columns(told, curve.values())
             marks.append(_line(plot, method, data, alpha=0.45))
-    step = ("step", "@step{0,0}")
-    plot.add_tools(
-        HoverTool(tooltips=[*_TOOLTIPS, step], renderers=marks, point_policy="snap_to_data")
-    )
+    tooltips = [*_TOOLTIPS, ("step", "@step{0,0}")]
+    plot.add_tools(HoverTool(tooltips=tooltips, renderers=marks, point_policy="snap_to_data"))
     return _json(plot)
 
 
 def bars(groups: Mapping[str, Groups], quantity: str) -> Json:
-    """A bar for each method in each group, with a whisker of one standard deviation each way."""
+    """A bar for each method in each group, with a whisker of one standard deviation each way.
+
+    A dash stands in the place of a bar that is not known.
+    """
     names = list(dict.fromkeys(name for own in groups.values() for name in own))
     places = [(name, method) for name in names for method in groups]
+    widths = _BAR * (len(places) + _GAP * len(names)), _LETTER * max(map(len, names)) * len(names)
     plot = _figure(
         height=280,
-        min_width=_AXIS
-        + max(
-            int(_BAR * (len(places) + _GAP * len(names))),
-            _LETTER * max(map(len, names)) * len(names),
-        ),
-        x_range=FactorRange(*places, group_padding=_GAP, range_padding=0.02),
+        min_width=int(_AXIS + max(widths)),
+        x_range=FactorRange(factors=places, group_padding=_GAP, range_padding=0.02),
         y_axis_label=quantity,
     )
     plot.xgrid.visible = False
-    plot.xaxis.major_label_text_font_size = "0px"  # the legend tells methods
-    plot.xaxis.major_tick_line_color = None
-    plot.xaxis.group_text_font = _FONT
-    plot.xaxis.group_text_font_style = "normal"
-    plot.xaxis.separator_line_color = None
-    _shade(plot.xaxis[0], **_axis(plot.xaxis[0]), group_text_color=_INK)
+    axis: Any = plot.xaxis[0]
+    axis.update(
+        major_label_text_font_size="0px",  # the legend tells methods
+        major_tick_line_color=None,
+        group_text_font=_FONT,
+        group_text_font_style="normal",
+        separator_line_color=None,
+    )
+    _shade(axis, **_axis(axis), group_text_color=_INK)
     drawn = []
     for method, own in groups.items():
         known = {name: estimate for name, estimate in own.items() if estimate is not None}
@@ -100,28 +104,11 @@ def bars(groups: Mapping[str, Groups], quantity: str) -> Json:
         )
         drawn.append(_bars(plot, method, source))
         if any(estimate.deviation is not None for estimate in known.values()):
-            whisker = Whisker(
-                source=source, base="place", lower="low", upper="high", name=method, line_width=1
-            )
-            for head in (whisker.upper_head, whisker.lower_head):
-                head.size = 4  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue]
-                _shade(head, line_color=_INK)
-            _shade(whisker, line_color=_INK)
-            plot.add_layout(whisker)
-        unknown = [(name, method) for name in own if own[name] is None]
-        dash = plot.text(
-            x=unknown,
-            y=[0] * len(unknown),
-            text=["–"] * len(unknown),
-            text_align="center",
-            name=method,
-        )
-        _shade(dash.glyph, text_color=look(method).shade)
-    plot.add_tools(HoverTool(tooltips=[("", "@group"), *_TOOLTIPS], renderers=drawn))
+            plot.add_layout(_whiskers(method, source))
+        _dashes(plot, method, [(name, method) for name in own if name not in known])
+    tooltips = [("", "@group"), *_TOOLTIPS, ("interval", "@interval")]
+    plot.add_tools(HoverTool(tooltips=tooltips, renderers=drawn))
     return _json(plot)
-
-
-_TOOLTIPS = [("", "@method"), ("value", "@shown"), ("interval", "@interval"), ("seeds", "@seeds")]
 
 
 def _figure(**options: Any) -> figure:
@@ -129,7 +116,7 @@ def _figure(**options: Any) -> figure:
         sizing_mode="stretch_width",
         tools=_TOOLS,
         active_drag=None,  # a finger scrolls the page
-        y_range=(-2, 102),
+        y_range=Range1d(start=-2, end=102),
         background_fill_color=None,
         border_fill_color=None,
         outline_line_color=None,
@@ -190,6 +177,28 @@ def _bars(plot: figure, method: str, source: ColumnDataSource) -> Any:
     )
     _shade(drawn.glyph, fill_color=own.shade, hatch_color=_GROUND)
     return drawn
+
+
+def _whiskers(method: str, source: ColumnDataSource) -> Whisker:
+    upper, lower = TeeHead(size=4), TeeHead(size=4)
+    whiskers = Whisker(
+        source=source,
+        base="place",
+        lower="low",
+        upper="high",
+        upper_head=upper,
+        lower_head=lower,
+        name=method,
+    )
+    for model in (upper, lower, whiskers):
+        _shade(model, line_color=_INK)
+    return whiskers
+
+
+def _dashes(plot: figure, method: str, places: Sequence[tuple[str, str]]) -> None:
+    source = ColumnDataSource({"place": list(places), "text": ["–"] * len(places)})
+    drawn = plot.text("place", 0, "text", source=source, name=method, text_align="center")
+    _shade(drawn.glyph, text_color=look(method).shade)
 
 
 def _columns(method: str, estimates: Iterable[Estimate]) -> dict[str, list[Any]]:

@@ -69,7 +69,7 @@ def test_bars_stand_by_method_in_their_groups():
     assert bars[0]["interval"] == ["75.0 to 85.0 (95 %)"]
     assert bars[1]["interval"] == ["–", "–"]
     assert len(named(drawn, "Whisker")) == 1  # a single seed has no deviation
-    dashes = [source["x"] for source in sources(drawn) if "text" in source]
+    dashes = [source["place"] for source in sources(drawn) if "text" in source]
     assert [[list(place) for place in own] for own in dashes] == [[["held", "gcivl"]], []]
 
 
