@@ -9,6 +9,7 @@ import tyro
 
 from pigbench import agents, envs
 from pigbench.errors import UserError, lookup
+from pigbench.page import place
 from pigbench.report import stats, tables
 from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Result
@@ -102,6 +103,7 @@ class Report:
 
 def write_page(folders: Sequence[Path], out: Path, scoring: Scoring | None = None) -> Path:
     """The page's file, made. Raises UserError, too where a package is missing that it takes."""
+    place.require_own(out)  # before the work rather than after it
     required("bokeh", "jinja2", extra="report")
     from pigbench.page import page
 

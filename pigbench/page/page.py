@@ -13,24 +13,15 @@ from bokeh.resources import Resources
 from markupsafe import Markup
 
 from pigbench.errors import UserError
-from pigbench.page import entries, records
+from pigbench.page import entries, place, records
 from pigbench.page.looks import look
 from pigbench.page.sections import TABLES, Section, sections
 from pigbench.report import tables
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.scoring import Scoring
-from pigbench.support import files
 
-PAGE, FILMS = "index.html", "films"
 _HERE = Path(__file__).parent
 _HEADLINE = "methods"
-
-
-def require_own(out: Path) -> None:
-    """Raises UserError unless a page can be written there: it replaces nothing but a page."""
-    files.require_folder(out)
-    if out.is_dir() and not {PAGE, FILMS}.issuperset(path.name for path in out.iterdir()):
-        raise UserError(f"{out} is not an empty folder and holds no report: choose another")
 
 
 def write(
@@ -39,9 +30,8 @@ def write(
     """Makes the page of runs and suites in the folder `out`, with its films; returns its file.
 
     Raises UserError when there are none, when those that are done are not comparable, and as
-    `require_own`.
+    `place.replacing`.
     """
-    require_own(out)
     found = entries.read(folders)
     if not found:
         raise UserError("no runs are given: name the folder of one or more, or of a suite")
@@ -73,10 +63,10 @@ def write(
         provenance=records.provenance(runs),
         commands=records.commands(folders),
     )
-    with files.replacing_folder(out) as folder:
-        (folder / PAGE).write_text(text, encoding="utf-8")
-        _copy_films(told, folder / FILMS)
-    return out / PAGE
+    with place.replacing(out) as folder:
+        (folder / place.PAGE).write_text(text, encoding="utf-8")
+        _copy_films(told, folder / place.FILMS)
+    return out / place.PAGE
 
 
 def _titles(folders: Sequence[Path], told: Sequence[Section]) -> list[str]:

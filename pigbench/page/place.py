@@ -1,0 +1,26 @@
+"""Where a page lies: a folder of its own."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from pigbench.errors import UserError
+from pigbench.support import files
+
+PAGE, FILMS = "index.html", "films"
+"""What is in the folder: the page's file, and the folder of its films if it has any."""
+
+
+def require_own(out: Path) -> None:
+    """Raises UserError unless a page can be written there: it replaces nothing but a page."""
+    files.require_folder(out)
+    if out.is_dir() and not {PAGE, FILMS}.issuperset(path.name for path in out.iterdir()):
+        raise UserError(f"{out} is not an empty folder and holds no report: choose another")
+
+
+@contextlib.contextmanager
+def replacing(out: Path) -> Iterator[Path]:
+    """An empty folder for a page, which takes the place of `out`. Raises as `require_own`."""
+    require_own(out)
+    with files.replacing_folder(out) as folder:
+        yield folder
