@@ -52,7 +52,7 @@ class Simulation:
         self.action_space = spaces.Box(-1.0, 1.0, (self.env.action_size,), np.float32)
         self.reset = jax.jit(jax.vmap(self.env.reset_task))
         self.step = jax.jit(jax.vmap(self.env.step))
-        self._size = {"height": height, "width": width}
+        self._height, self._width = height, width
         self._renderer: Renderer | None = None
 
     def keys(self, draws: np.random.Generator, count: int) -> jax.Array:
@@ -105,7 +105,9 @@ class Simulation:
 
     def _draw(self, qpos: np.ndarray, target: np.ndarray | None) -> np.ndarray:
         if self._renderer is None:
-            self._renderer = Renderer(self.env.spec.num_cubes, **self._size)
+            self._renderer = Renderer(
+                self.env.spec.num_cubes, height=self._height, width=self._width
+            )
         return self._renderer.draw(qpos, target)
 
 

@@ -14,7 +14,7 @@ from pigbench.support import pictures
 from pigbench.training.evaluate import Evaluation, Report
 from pigbench.training.recording import Recording, make_recorder
 
-_SIZE = {"width": 320, "height": 240}
+_WIDTH, _HEIGHT = 320, 240  # pixels
 _EVERY = 2  # control steps between two pictures of an evaluation's film
 
 Filmer = Callable[[Params, Path, Report], Mapping[str, Path]]
@@ -59,7 +59,8 @@ def make_filmer(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Filmer:
     def film(params: Params, folder: Path, report: Report) -> dict[str, Path]:
         # Without shadows a picture takes a third of the time.
         paths = {}
-        with Renderer(env.spec.num_cubes, shadows=False, **_SIZE) as renderer:
+        scene = Renderer(env.spec.num_cubes, width=_WIDTH, height=_HEIGHT, shadows=False)
+        with scene as renderer:
             for name, recording in _examples(env, record(params, report)).items():
                 paths[name] = folder / f"{name.replace('/', '-')}.mp4"
                 shot = Shot(recording.qpos, recording.target)
