@@ -2,13 +2,14 @@
 # make test         the whole test suite
 # make lint         format, lint and type checks
 # make docs         the documentation as a site, in build/site
+# make dist         a source distribution, and a wheel made from it, in dist
 PYTHON ?= python3
 BIN := .venv/bin
 WORK ?= runs/quickstart
 METHODS := gcivl hjb-gcivl
 TRAININGS := $(METHODS:%=$(WORK)/%)
 
-.PHONY: quickstart test lint docs $(TRAININGS)
+.PHONY: quickstart test lint docs dist $(TRAININGS)
 .DEFAULT_GOAL := quickstart
 
 .venv/installed: requirements.txt pyproject.toml
@@ -43,3 +44,9 @@ lint: .venv/installed
 
 docs: .venv/installed
 	$(BIN)/mkdocs build --quiet
+
+dist: .venv/installed
+	rm -rf dist
+	$(BIN)/python -c "from setuptools import build_meta; build_meta.build_sdist('dist')"
+	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-index --no-deps --no-build-isolation \
+	  --wheel-dir dist dist/pigbench-*.tar.gz
