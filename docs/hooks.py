@@ -1,4 +1,4 @@
-"""What lies outside `docs`: pages of `results`, and the package for the pages of the API."""
+"""What lies outside `docs`: results, examples, and the package for the pages of the API."""
 
 import re
 import shutil
@@ -9,7 +9,10 @@ from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File, Files
 
 _ROOT = Path(__file__).parents[1]
-_SHOWN = {".md", ".png", ".csv", ".json", ".jsonl"}
+_SHOWN = {
+    "results": {".md", ".png", ".csv", ".json", ".jsonl"},
+    "examples": {".py", ".png", ".md", ".txt"},
+}
 _PACKAGE = _ROOT / "build" / "api" / "pigbench"
 
 
@@ -22,11 +25,12 @@ def on_config(config: MkDocsConfig) -> None:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Adds pages, pictures and logs of `results`."""
-    for path in sorted((_ROOT / "results").rglob("*")):
-        if path.suffix in _SHOWN:
-            name = path.relative_to(_ROOT).as_posix()
-            files.append(File.generated(config, name, abs_src_path=str(path)))
+    """Adds pages, pictures and logs of `results`, and examples with what they made."""
+    for folder, suffixes in _SHOWN.items():
+        for path in sorted((_ROOT / folder).rglob("*")):
+            if path.suffix in suffixes:
+                name = path.relative_to(_ROOT).as_posix()
+                files.append(File.generated(config, name, abs_src_path=str(path)))
     return files
 
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pigbench.envs.scene import build
-from pigbench.envs.tasks import TASKS, Spec
-from pigbench.errors import lookup
+from pigbench.envs.tasks import TASKS, Spec, Task
+from pigbench.errors import UserError, lookup
+from pigbench.names import check
 
 if TYPE_CHECKING:
     from pigbench.envs.environment import CubeEnv, State
@@ -35,6 +36,14 @@ SPECS["cube-centre"] = replace(
     real=True,
     policy="replan",
 )
+
+
+def register(spec: Spec) -> None:
+    """Make an environment known under its name; `UserError` if that is taken, or no name."""
+    check("an environment", spec.name)
+    if spec.name in SPECS:
+        raise UserError(f"environment {spec.name!r} is already registered: choose another name")
+    SPECS[spec.name] = spec
 
 
 def names() -> tuple[str, ...]:
@@ -80,4 +89,14 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-__all__ = ["SPECS", "CubeEnv", "Spec", "State", "default_engine", "make", "names"]
+__all__ = [
+    "SPECS",
+    "CubeEnv",
+    "Spec",
+    "State",
+    "Task",
+    "default_engine",
+    "make",
+    "names",
+    "register",
+]

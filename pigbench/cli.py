@@ -191,7 +191,8 @@ def _overview() -> str:
         "",
         *(f"  {name:14}{command.summary}" for name, command in COMMANDS.items()),
         "",
-        "Every command takes --plugin FILE, a Python file that registers methods of your own.",
+        "Every command takes --plugin FILE, a Python file that registers methods or environments",
+        "of your own.",
     ]
     return "\n".join(lines)
 

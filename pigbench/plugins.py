@@ -1,4 +1,7 @@
-"""Methods from elsewhere: what is imported here calls `register` for each of its methods."""
+"""Methods from elsewhere: what is imported here calls `register` for each of its methods.
+
+A file may register environments and loggers too.
+"""
 
 import contextlib
 import importlib.metadata
@@ -26,7 +29,7 @@ def load_installed() -> None:
 
 
 def load_file(path: Path) -> None:
-    """Run a Python file, once, that registers methods. It can import what lies beside it.
+    """Run a Python file, once, that registers what it has. It can import what lies beside it.
 
     Raises `UserError` if there is none or it does not run.
     """

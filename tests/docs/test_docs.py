@@ -29,7 +29,8 @@ def commands(page: Path) -> list[list[str]]:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_commands_have_the_options_that_pages_show(page):
     for arguments in commands(page):
-        if "--plugin" not in arguments and "huber-bc" not in arguments:  # run in test_plugins.py
+        # Those are run, in test_plugins.py and test_examples.py.
+        if "--plugin" not in arguments and "huber-bc" not in arguments:
             cli.parse(arguments)
 
 
@@ -62,3 +63,4 @@ def test_the_site_builds(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "hjb_residual" in (tmp_path / "api" / "index.html").read_text()
     assert (tmp_path / "results" / "study" / "curves.png").exists()
+    assert "HuberBC" in (tmp_path / "extending" / "index.html").read_text()  # a snippet

@@ -1,5 +1,7 @@
 """Tasks, episode limits and names, equal to those `ogbench` registers."""
 
+import dataclasses
+
 import gymnasium
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from pigbench import envs
 from pigbench.envs import workspace
 from pigbench.envs.tasks import TASKS
+from pigbench.errors import UserError
 
 OGBENCH = [name for name, spec in envs.SPECS.items() if not spec.real]
 
@@ -44,3 +47,14 @@ def test_the_robot_starts_from_all_of_the_table_and_ends_at_its_centre():
     start = task.start_xyz[0, :2]
     np.testing.assert_allclose([start - task.jitter, start + task.jitter], [low, high])
     np.testing.assert_allclose(task.goal_xyz[0, :2], (low + high) / 2)
+
+
+def test_an_environment_of_ones_own_has_a_name_of_its_own(monkeypatch):
+    monkeypatch.setattr(envs, "SPECS", dict(envs.SPECS))
+    spec = dataclasses.replace(envs.SPECS["cube-single"], name="mine")
+    envs.register(spec)
+    assert envs.names()[-1] == "mine"
+    with pytest.raises(UserError, match="environment 'mine' is already registered"):
+        envs.register(spec)
+    with pytest.raises(UserError, match="an environment is named 'a/b'"):
+        envs.register(dataclasses.replace(spec, name="a/b"))

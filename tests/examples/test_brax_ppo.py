@@ -1,9 +1,5 @@
 """The example of Brax's PPO: what it adds to an environment. A training takes minutes."""
 
-import importlib.util
-from pathlib import Path
-from types import ModuleType
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,15 +8,10 @@ import pytest
 from pigbench import envs
 from pigbench.envs.observation import POSITION_SCALE
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "brax_ppo.py"
-
 
 @pytest.fixture(scope="module")
-def example() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("brax_ppo", EXAMPLE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def example(load):
+    return load("brax_ppo")
 
 
 def test_the_ways_to_the_goal_are_observed(example):

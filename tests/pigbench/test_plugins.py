@@ -1,8 +1,9 @@
-"""Methods of one's own: the example of the documentation, as a file and as an installed package."""
+"""Methods of one's own: the example, as a file and as an installed package."""
 
 import importlib.metadata
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +13,8 @@ import pytest
 from pigbench import cli, plugins
 from pigbench.errors import UserError
 
-PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
+ROOT = Path(__file__).parents[2]
+PAGE, FILE = ROOT / "docs" / "extending.md", ROOT / "examples" / "huber_bc.py"
 SMALL = [
     *("--preset", "cpu", "--steps", "4", "--evaluate-every", "4", "--evaluation.episodes", "1"),
     *("--agent.batch-size", "8", "--agent.actor-hidden-sizes", "8", "--agent.delta", "0.2"),
@@ -31,18 +33,13 @@ def pigbench(*arguments: str | Path, path: Path | None = None) -> subprocess.Com
     )
 
 
-def page_block(language: str, containing: str) -> str:
-    blocks = re.findall(rf"```{language}\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    (block,) = (block for block in blocks if containing in block)
-    return block
-
-
 @pytest.fixture(scope="module")
 def package(tmp_path_factory) -> Path:
     """The page's package, as its reader would write it."""
     folder = tmp_path_factory.mktemp("package")
-    (folder / "huber_bc.py").write_text(page_block("python", "class HuberBC("))
-    (folder / "pyproject.toml").write_text(page_block("toml", "huber_bc:HuberBC"))
+    shutil.copy(FILE, folder)
+    (project,) = re.findall(r"```toml\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (folder / "pyproject.toml").write_text(project)
     return folder
 
 
@@ -64,13 +61,14 @@ def data(tmp_path_factory) -> Path:
     return folder
 
 
-def test_the_readmes_file_is_a_method(package):
-    listed = pigbench("list", "methods", "--plugin", package / "huber_bc.py")
+def test_the_pages_file_is_a_method():
+    assert '--8<-- "examples/huber_bc.py"' in PAGE.read_text()
+    listed = pigbench("list", "methods", "--plugin", FILE)
     assert "huber-bc" in listed.stdout
     assert "behaviour cloning with Huber's loss" in listed.stdout
 
 
-def test_the_readmes_package_trains_evaluates_and_is_tabled(installed, data, tmp_path):
+def test_the_pages_package_trains_evaluates_and_is_tabled(installed, data, tmp_path):
     run = tmp_path / "run"
     for command in (
         ("train", "huber-bc", "--data", data, "--out", run, *SMALL),

@@ -1,0 +1,126 @@
+"""The Gymnasium interface: a controller of a few lines in NumPy, which knows observations alone.
+
+    python examples/gymnasium_control.py --out runs/gymnasium
+
+runs it in a batch of environments and says how often it succeeds at each task; then it runs it once
+in a single environment and draws that episode, the goal first.
+"""
+
+import dataclasses
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import tyro
+
+import pigbench  # noqa: F401  makes the environments known to Gymnasium
+from pigbench.envs.observation import Layout
+from pigbench.support import files, pictures
+
+ENVIRONMENT = "pigbench/cube-single-v0"
+LAYOUT = Layout(num_cubes=1)
+DECIMETRE = 0.1  # what a unit of a position is, in metres
+LONGEST_MOVE, LARGEST_TURN = 0.05, 0.3  # of an action, metres and radians
+OPEN, SHUT = -1.0, 1.0
+HOVER = 0.1  # metres above a cube at which the gripper travels
+
+
+def control(observations: np.ndarray, goals: np.ndarray) -> np.ndarray:
+    """Actions (B, 5) that bring the cube to its goal, from observations (B, o) of both."""
+
+    def term(values: np.ndarray, name: str) -> np.ndarray:
+        return values[:, LAYOUT[name]]
+
+    pinch, cube = (DECIMETRE * term(observations, n) for n in ("effector_pos", "cube_0_pos"))
+    goal = DECIMETRE * term(goals, "cube_0_pos")
+    up = np.array([0.0, 0.0, HOVER])
+
+    def near(a: np.ndarray, b: np.ndarray, within: float) -> np.ndarray:
+        return np.linalg.norm(a - b, axis=-1, keepdims=True) < within
+
+    between = near(pinch, cube, 0.015)
+    held = near(pinch, cube, 0.03) & (term(observations, "gripper_contact") > 0.1)
+    above_cube = near(pinch[:, :2], cube[:, :2], 0.01)
+    above_goal = near(pinch[:, :2], goal[:, :2], 0.01)
+    high = pinch[:, 2:] > 0.8 * HOVER
+    carry = np.where(above_goal, goal, np.where(high, goal + up, pinch + up))
+    fetch = np.where(above_cube, cube, cube + up)
+    move = (np.where(held, carry, fetch) - pinch) / LONGEST_MOVE
+    turn = _quarter(_angle(term(observations, "cube_0_yaw"), term(observations, "effector_yaw")))
+    grip = np.where(held | between, SHUT, OPEN)
+    return np.clip(np.concatenate([move, turn / LARGEST_TURN, grip], axis=-1), -1.0, 1.0)
+
+
+def _angle(to: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """The angle (B, 1) between directions given as cosines and sines (B, 2)."""
+    return np.arctan2(*to.T[::-1])[:, None] - np.arctan2(*of.T[::-1])[:, None]
+
+
+def _quarter(angle: np.ndarray) -> np.ndarray:
+    """The least turn that does the same to a cube's sides."""
+    return (angle + np.pi / 4) % (np.pi / 2) - np.pi / 4
+
+
+@dataclasses.dataclass(frozen=True)
+class Example:
+    """Run a controller through Gymnasium, in a batch and in a single environment."""
+
+    out: Path
+    """Folder of the picture and the results."""
+    episodes: int = 20
+    """Episodes of each task in the batch."""
+    task: int = 4
+    """Task of the picture."""
+    frames: int = 5
+    """Pictures of the episode, besides that of the goal."""
+    seed: int = 0
+    """Seed of both."""
+
+    def run(self) -> None:
+        """Run, print, and draw."""
+        files.require_folder(self.out)
+        lines = self._batch()
+        print("\n".join(lines))
+        files.write_text(self.out / "results.txt", "\n".join(lines) + "\n")
+        pictures.write_png(self.out / "episode.png", self._single())
+
+    def _batch(self) -> list[str]:
+        """A line for each task."""
+        tasks = np.repeat(np.arange(1, 6), self.episodes)
+        batch = gymnasium.make_vec(ENVIRONMENT, num_envs=len(tasks))
+        observations, info = batch.reset(seed=self.seed, options={"task_id": tasks})
+        lengths, over = np.zeros(len(tasks), int), np.zeros(len(tasks), bool)
+        while not over.all():  # an episode that is over stays as it is
+            lengths += ~over
+            actions = control(observations, info["goal"])
+            observations, _, terminated, truncated, info = batch.step(actions)
+            over = terminated | truncated
+        batch.close()
+        return [
+            f"task {task}: {100 * info['success'][tasks == task].mean():.0f} % of "
+            f"{self.episodes} episodes succeed, after {lengths[tasks == task].mean():.0f} steps"
+            for task in np.unique(tasks)
+        ]
+
+    def _single(self) -> np.ndarray:
+        """The goal and the episode, side by side."""
+        env = gymnasium.make(ENVIRONMENT, render_mode="rgb_array")
+        options = {"task_id": self.task, "render_goal": True}
+        observation, info = env.reset(seed=self.seed, options=options)
+        goal, film, over = info["goal_rendered"], [env.render()], False
+        while not over:
+            (action,) = control(observation[None], info["goal"][None])
+            observation, _, terminated, truncated, info = env.step(action)
+            film.append(env.render())
+            over = terminated or truncated
+        env.close()
+        chosen = np.linspace(0, len(film) - 1, self.frames).astype(int)
+        margin = (0, 0), (0, 4), (0, 0)
+        shown = [
+            np.pad(one, margin, constant_values=255) for one in (goal, *(film[n] for n in chosen))
+        ]
+        return np.concatenate(shown, axis=1)
+
+
+if __name__ == "__main__":
+    tyro.cli(Example).run()

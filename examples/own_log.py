@@ -1,0 +1,121 @@
+"""Training on a log of your own: one CSV file an episode becomes a data set, and a policy.
+
+    python examples/own_log.py --out runs/own-log
+
+writes logs as a UR5e's driver would have, here of episodes in simulation, and imports them, trains
+on them, and evaluates the policy. With `--logs FOLDER` it takes yours instead; which columns they
+need is in docs/robot.md.
+"""
+
+import csv
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import tyro
+from scipy.spatial.transform import Rotation
+
+from pigbench import agents
+from pigbench.commands.data import Import
+from pigbench.commands.generate import Generate
+from pigbench.commands.train import Train
+from pigbench.data import dataset
+from pigbench.envs.units import metres
+from pigbench.report import stats, tables
+from pigbench.support import files
+from pigbench.training.evaluate import Evaluation
+from pigbench.training.run import read_run
+
+ENVIRONMENT = "cube-centre"
+TO_BASE = Rotation.from_euler("z", 90, degrees=True)
+"""From the world's frame to that of the robot's controller."""
+
+
+def log_of(
+    observations: np.ndarray, actions: np.ndarray, layout: Mapping[str, slice]
+) -> dict[str, np.ndarray]:
+    """The columns of an episode's log, by name, each (rows,)."""
+
+    def term(name: str) -> np.ndarray:
+        return observations[:, layout[name]]
+
+    def numbered(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
+        return {f"{name}_{number}": column for number, column in enumerate(values.T)}
+
+    quaternion = TO_BASE * Rotation.from_quat(term("cube_0_quat"), scalar_first=True)
+    pose = [TO_BASE.apply(metres(term("cube_0_pos"))), quaternion.as_quat(scalar_first=True)]
+    names = ("x", "y", "z", "qw", "qx", "qy", "qz")
+    return (
+        {"time": 0.05 * np.arange(len(observations))}
+        | numbered("joint_pos", term("joint_pos"))
+        | numbered("joint_vel", term("joint_vel"))
+        | {"gripper_opening": term("gripper_opening")[:, 0] / 3}
+        | {"gripper_contact": term("gripper_contact")[:, 0]}
+        | {f"object_{name}": column for name, column in zip(names, np.hstack(pose).T, strict=True)}
+        | numbered("action", actions)
+    )
+
+
+def write_logs(data: dataset.Dataset, folder: Path) -> None:
+    """A file for each episode of the training split."""
+    folder.mkdir(parents=True, exist_ok=True)
+    split, number = data.split("train"), 0
+    for record in split.records:
+        for episode in split.shard_episodes(record, "observations", "actions"):
+            columns = log_of(episode["observations"], episode["actions"], data.layout)
+            with (folder / f"episode-{number:04}.csv").open("w", newline="") as file:
+                writer = csv.writer(file)
+                writer.writerow(columns)
+                writer.writerows(zip(*columns.values(), strict=True))
+            number += 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Example:
+    """Import logs, train on them, and say how near to its target the policy brings the cube."""
+
+    out: Path
+    """Folder of all that is made."""
+    logs: Path | None = None
+    """Folder of logs, by default of simulated ones."""
+    episodes: int = 200
+    """Simulated episodes."""
+    method: str = "gcivl"
+    """Method; see `pigbench list methods`."""
+    steps: int = 8000
+    """Updates."""
+    evaluation_episodes: int = 50
+    """Episodes of the evaluation, at the end."""
+
+    def run(self) -> None:
+        """Log, import, train, and report."""
+        data, run = self.out / "data", self.out / self.method
+        logs = self.logs or self._simulated()
+        Import((logs,), environment=ENVIRONMENT, out=data, format="log").run()
+        Train(
+            self.method,
+            data=data,
+            out=run,
+            agent=agents.get(self.method).preset("cpu"),
+            preset="cpu",
+            goals="cubes",
+            steps=self.steps,
+            evaluate_every=self.steps,
+            evaluation=Evaluation(self.evaluation_episodes),
+        ).run()
+        results = stats.read_results([read_run(run)])
+        text = tables.render_all([tables.threshold_table(results)], "markdown")
+        print(text)
+        files.write_text(self.out / "table.md", f"{text}\n")
+
+    def _simulated(self) -> Path:
+        """The folder of logs of episodes that a scripted policy plays."""
+        simulated, logs = self.out / "simulated", self.out / "logs"
+        Generate(ENVIRONMENT, out=simulated, episodes=self.episodes, validation_episodes=0).run()
+        write_logs(dataset.load(simulated), logs)
+        return logs
+
+
+if __name__ == "__main__":
+    tyro.cli(Example).run()

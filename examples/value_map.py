@@ -1,0 +1,100 @@
+"""A look into value functions: V(s, g) over where the cube lies on the table.
+
+    python examples/value_map.py runs/compare/gcivl-0 --out values.png
+
+draws a panel for each run. In all states of a panel, arm and goal are the same, and the gripper is
+open above the table; of several cubes, the first is moved and the others lie at their targets. A
+value that has understood the task falls with the distance to the goal, marked by a star.
+"""
+
+import dataclasses
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import tyro
+
+from pigbench import seeds
+from pigbench.envs import workspace
+from pigbench.envs.scene import CUBE_HALF_SIZE
+from pigbench.report import canvas
+from pigbench.training.restore import restore
+
+
+class Map(NamedTuple):
+    """Values (X, Y) of the cube at x (X,) and y (Y,), metres, for its target at `goal` (2,)."""
+
+    title: str
+    x: np.ndarray
+    y: np.ndarray
+    values: np.ndarray
+    goal: np.ndarray
+
+
+def value_map(folder: Path, *, task: int, points: int, seed: int) -> Map:
+    """V of the last checkpoint of a run; `points` along each side of the table."""
+    run, env, agent, state = restore(folder)
+    env.check_task(task)
+    goal = env.spec.tasks[task - 1].goal_xyz
+    x, y = np.linspace(workspace.CUBE.low, workspace.CUBE.high, points).T
+
+    def value(first_x: jax.Array, first_y: jax.Array) -> jax.Array:
+        cubes = jnp.asarray(goal).at[0].set(jnp.array([first_x, first_y, CUBE_HALF_SIZE]))
+        yaw = jnp.zeros(env.spec.num_cubes)
+        # One key for all: the same arm in all states, and in the goal's.
+        start = env.reset_to(seeds.key(seed), cubes, goal, yaw=yaw, jitter=0.0)
+        return agent.state_values(state.acting, start.obs[None], start.info["goal"][None])[0]
+
+    values = jax.jit(jax.vmap(value))(*map(jnp.ravel, jnp.meshgrid(x, y, indexing="ij")))
+    title = f"{run.config.label}, step {int(state.step):,}"
+    return Map(title, x, y, np.asarray(values).reshape(points, points), goal[0, :2])
+
+
+def draw(maps: list[Map], path: Path) -> None:
+    """A panel for each map, as seen from above with the robot at the bottom."""
+    with canvas.look():
+        figure, panels = canvas.grid(1, len(maps), panel=(4.2, 2.2), legend=[], share_y=False)
+        for panel, one in zip(panels[0], maps, strict=True):
+            shown = panel.contourf(one.y, one.x, one.values, levels=20, cmap="viridis")
+            panel.plot(*one.goal[::-1], "*", color="white", markeredgecolor="black", markersize=12)
+            panel.set(title=one.title, xlabel="y of the cube (m)", ylabel="x of the cube (m)")
+            panel.invert_xaxis()  # the robot's left is on the left
+            panel.set_aspect("equal")
+            panel.grid(visible=False)
+            figure.colorbar(shown, ax=panel, label="V(s, g)")
+        canvas.save(figure, path)
+
+
+@dataclasses.dataclass(frozen=True)
+class Example:
+    """Draw the values of runs over positions of a cube."""
+
+    runs: tyro.conf.Positional[tuple[Path, ...]]
+    """Folders of runs of methods that learn a value."""
+    out: Path
+    """File of the picture."""
+    task: int = 4
+    """Task whose goal it is."""
+    points: int = 41
+    """Positions along each side of the table."""
+    seed: int = 0
+    """Seed of the arm's poses."""
+
+    def run(self) -> None:
+        """Evaluate and draw."""
+        canvas.check_path(self.out)
+        maps = [
+            value_map(folder, task=self.task, points=self.points, seed=self.seed)
+            for folder in self.runs
+        ]
+        draw(maps, self.out)
+        for one in maps:
+            best = np.unravel_index(one.values.argmax(), one.values.shape)
+            away = np.hypot(one.x[best[0]] - one.goal[0], one.y[best[1]] - one.goal[1])
+            print(f"{one.title}: the greatest value is {100 * away:.1f} cm from the goal")
+
+
+if __name__ == "__main__":
+    tyro.cli(Example).run()
