@@ -21,12 +21,12 @@ _SIMULATED = {"environment": "environment", "engine": "engine", "profile": "prof
 _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
     "steps": (
         "Control steps",
-        "control steps a second",
+        "control steps per second",
         {**_SIMULATED, "size": "simulations", **_SPEED, **_MEMORY},
     ),
     "training": (
         "Updates, of all seeds together",
-        "updates a second",
+        "updates per second",
         {
             "method": "method",
             "preset": "preset",
@@ -53,12 +53,12 @@ _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
     ),
     "generation": (
         "Play data",
-        "transitions a second",
+        "transitions per second",
         {**_SIMULATED, "size": "simulations", **_SPEED, **_MEMORY},
     ),
     "evaluation": (
         "Evaluation",
-        "control steps a second",
+        "control steps per second",
         {**_SIMULATED, "size": "episodes a task", **_SPEED, **_MEMORY},
     ),
 }
@@ -102,7 +102,7 @@ def _text(value: object) -> str:
 
 
 def draw(entries: Sequence[Entry], path: Path) -> None:
-    """Draws control steps a second over simulations into the file `path`, if there are any."""
+    """Draws control steps per second over simulations into the file `path`, if there are any."""
     done = [entry for entry in entries if entry["what"] == "steps" and _done(entry)]
     curves: dict[tuple[str, str], list[Entry]] = {}
     for entry in done:
@@ -126,6 +126,6 @@ def draw(entries: Sequence[Entry], path: Path) -> None:
         panel.set_xscale("log", base=2)
         panel.set_yscale("log")
         panel.set_xlabel("simulations")
-        panel.set_ylabel("control steps a second")
+        panel.set_ylabel("control steps per second")
         canvas.add_legend(figure, handles)
         canvas.save(figure, path)

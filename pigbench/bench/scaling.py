@@ -68,7 +68,7 @@ def footprint(env: CubeEnv, simulations: int) -> Footprint:
 def draw(
     by_simulations: Mapping[Point, Timing], by_cubes: Mapping[Point, Timing], path: Path
 ) -> None:
-    """Draws control steps a second into the file `path`, over simulations and over cubes."""
+    """Draws control steps per second into the file `path`, over simulations and over cubes."""
     with canvas.look():
         figure, panels = canvas.grid(1, 2, panel=_PANEL, legend=[])
         left, right = panels[0]
@@ -85,5 +85,5 @@ def draw(
         left.set_ylim(bottom=0)  # of both
         left.set_title(next(iter(by_simulations)).environment)
         right.set_title(f"{next(iter(by_cubes)).simulations:,} simulations")
-        left.set_ylabel("control steps a second")
+        left.set_ylabel("control steps per second")
         canvas.save(figure, path)

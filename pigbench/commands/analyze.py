@@ -37,10 +37,10 @@ CAPTION = (
 
 @dataclasses.dataclass(frozen=True)
 class Analyze:
-    """Measure a run's value function over a data set, apart for each contact mode.
+    """Measure a run's value function over a data set, separately for each contact mode.
 
-    The robot's finger pad feels no force (free), or it does with a cube between the fingers
-    (holding) or without (touching). Hierarchies are measured at their low level.
+    The robot's finger pad feels no force (free), or it feels one with a cube between the fingers
+    (holding) or without one (touching). Hierarchies are measured at their low level.
     """
 
     run_folder: tyro.conf.Positional[Path]
@@ -48,7 +48,7 @@ class Analyze:
     data: Path
     """Folder of the data set."""
     out: Path | None = None
-    """Folder for the table and the figure; by default `analysis` in the run's."""
+    """Folder for the table and the figure; by default `analysis` in the run's folder."""
     samples: int = 20_000
     """Transitions to measure."""
     seed: Seed = 0

@@ -43,7 +43,7 @@ class Train:
     """
 
     methods: tyro.conf.Positional[tuple[str, ...]] = ()
-    """Methods, the first of which the others are compared with; by default all."""
+    """Methods, of which the others are compared with the first; by default all methods."""
     environment: str = "cube-single"
     """Environment whose observations and actions the networks take."""
     preset: str = "cpu"
@@ -51,7 +51,7 @@ class Train:
     turns: Turns = dataclasses.field(default_factory=Turns)
     """How the contenders take turns."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Measure and print a table."""
@@ -82,9 +82,10 @@ class Train:
 
 @dataclasses.dataclass(frozen=True)
 class Generate:
-    """Time data generation beside OGBench's generator, which must be installed, and the engine.
+    """Time data generation, OGBench's generator, which must be installed, and the engine alone.
 
-    The engine alone has states and controls of the same data, and neither policy nor observations.
+    The engine alone starts from the same states with the same controls, without policy and
+    observations.
     """
 
     environment: str = "cube-double"
@@ -98,7 +99,7 @@ class Generate:
     turns: Turns = dataclasses.field(default_factory=Turns)
     """How the contenders take turns."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Measure and print a table."""
@@ -125,7 +126,7 @@ class Generate:
 
 @dataclasses.dataclass(frozen=True)
 class Evaluate:
-    """Time the evaluation of a fresh policy beside OGBench's environments, one at a time."""
+    """Time the evaluation of an untrained policy, beside OGBench's environments, one at a time."""
 
     environment: str = "cube-double"
     """Environment."""
@@ -140,9 +141,9 @@ class Evaluate:
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     turns: Turns = dataclasses.field(default_factory=Turns)
-    """How the contenders take turns; a turn is one evaluation at least."""
+    """How the contenders take turns; a turn is at least one evaluation."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Measure and print a table."""
@@ -165,9 +166,9 @@ class Evaluate:
 
 @dataclasses.dataclass(frozen=True)
 class Rows:
-    """Time GCIVL's updates (preset cpu) with rows on the device and on the disk, and opening them.
+    """Time GCIVL's updates (preset cpu) with rows on the device and on the disk, and the opening.
 
-    The data set is thrown away afterwards. Its episodes are a few simulated ones, repeated.
+    The data set is deleted afterwards. Its episodes are a few simulated ones, repeated.
     """
 
     transitions: int = 10_000_000
@@ -175,11 +176,11 @@ class Rows:
     environment: str = "cube-single"
     """Environment that the rows are from."""
     folder: Path | None = None
-    """Where the data set is made; by default where the system keeps temporary files."""
+    """Where the data set is made; by default the system's folder for temporary files."""
     turns: Turns = dataclasses.field(default_factory=Turns)
-    """How the homes take turns."""
+    """How device and disk take turns."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Measure and print a table."""
@@ -212,7 +213,7 @@ class Rows:
             )
             for name, timing in timings.items()
         ]
-        header = ("rows on", "s to open", "updates a second", f"times {names[0]}", "GB resident")
+        header = ("rows on", "s to open", "updates per second", f"times {names[0]}", "GB resident")
         print(markdown_grid([header, *lines]))
         opened = {name: trainer.seconds_to_open for name, trainer in trainers.items()}
         save(self.json, self, timings, opened=opened, resident=resident)
@@ -233,12 +234,12 @@ _STARTED = (
 
 @dataclasses.dataclass(frozen=True)
 class Startup:
-    """Processor seconds that commands take to do next to nothing, each in a process of its own."""
+    """Measure the processor seconds that commands take to start, each in its own process."""
 
     turns: int = 5
     """Turns of each command; medians are over turns."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Measure and print a table."""
@@ -268,7 +269,7 @@ def _print_rates(timings: Mapping[str, Timing]) -> None:
         )
         for name, timing in timings.items()
     ]
-    header = ("", "control steps a second", f"times {peer.NAME}", "s of the first call")
+    header = ("", "control steps per second", f"times {peer.NAME}", "s of the first call")
     print(markdown_grid([header, *lines]))
 
 

@@ -1,4 +1,4 @@
-"""`pigbench data`: look at a data set, check it, exchange it with other formats."""
+"""`pigbench data`: look at a data set, check it, and convert it from and to other formats."""
 
 import dataclasses
 import importlib
@@ -57,31 +57,31 @@ class Verify:
     """Folder of the data set."""
 
     def run(self) -> None:
-        """Print one line for each thing wrong; raises UserError if there is any."""
+        """Print one line for each problem; raises UserError if there is any."""
         problems = dataset.verify(self.folder)
         for problem in problems:
             print(problem)
         if problems:
             raise UserError(
-                f"{self.folder} has {len(problems)} faults; run the command that made it again"
+                f"{self.folder} has {len(problems)} faults; run the command that made it once more"
             )
         print(f"{self.folder} is whole")
 
 
 @dataclasses.dataclass(frozen=True)
 class Filter:
-    """Make a data set of another's good episodes, and say which were left out and why.
+    """Make a data set from another's good episodes, and say which were left out and why.
 
-    Each is told by its own observations, as a robot's log has them. What was measured of those that
-    were left out is in the file filter.json of the new data set.
+    Each episode is judged by its own observations, as in a robot's log. What was measured of those
+    that were left out is in the file filter.json of the new data set.
     """
 
     folder: tyro.conf.Positional[Path]
     """Folder of the data set."""
     out: Path
-    """Folder of the new one."""
+    """Folder of the new data set."""
     criteria: tuple[str, ...] = tuple(CRITERIA)
-    """By what episodes are judged: success (the cube lay at the goal, and elsewhere), jerk, length,
+    """What episodes are judged by: success (the cube lay at the goal, and elsewhere), jerk, length,
     drops."""
     limits: Annotated[Limits, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Limits)
     """What is good enough."""
@@ -101,20 +101,20 @@ class Filter:
 class Export:
     """Write a data set in another format.
 
-    For OGBench's loaders, F.npz and F-val.npz; for Minari, a folder as MINARI_DATASETS_PATH names;
-    for LeRobot, the folder of a data set of version 3.
+    For OGBench's loaders, these are F.npz and F-val.npz; for Minari, a folder that
+    MINARI_DATASETS_PATH may name; for LeRobot, the folder of a data set of version 3.
     """
 
     folder: tyro.conf.Positional[Path]
     """Folder of the data set."""
     out: Path
-    """File of the training split, that of the validation split is named after it; or a folder."""
+    """File of the training split (that of the validation split is named after it), or a folder."""
     rows_per_file: int | None = None
-    """Rows of a file of OGBench's at most, as whole shards; by default a split is one file."""
+    """The most rows in a file of OGBench's, as whole shards; by default a split is one file."""
     format: str = "ogbench"
     """Format: ogbench, minari or lerobot."""
     goals: str = "state"
-    """cubes to have each row's cube positions too, as OGBench's `-oraclerep` environments."""
+    """cubes adds each row's cube positions, as for OGBench's `-oraclerep` environments."""
 
     def run(self) -> None:
         """Write the files."""
@@ -123,7 +123,7 @@ class Export:
         asked = {"rows_per_file": self.rows_per_file, "goals": self.goals}
         for name, value in asked.items():
             if name not in form.options and value != getattr(type(self), name):
-                raise UserError(f"{name} is {value!r}: format {self.format!r} has no such choice")
+                raise UserError(f"{name} is {value!r}: format {self.format!r} has no such option")
         module = importlib.import_module(form.module)
         data = dataset.load(self.folder)
         written = module.write(data, self.out, **{name: asked[name] for name in form.options})
@@ -138,7 +138,7 @@ class Card:
     folder: tyro.conf.Positional[Path]
     """Folder of the data set."""
     license: str = card.LICENSE
-    """Licence of the data, by the hub's name of it."""
+    """Licence of the data, by its name on the hub."""
 
     def run(self) -> None:
         """Write the file."""
@@ -149,21 +149,21 @@ class Card:
 class Push:
     """Put a data set into a repository of the Hugging Face hub, with its card.
 
-    Log in with `hf auth login`, or set HF_TOKEN. Run the same command again after it was cut off:
-    files that are there are not sent again.
+    Log in with `hf auth login`, or set HF_TOKEN. If the command was cut off, run it again: files
+    that are already there are not sent again.
     """
 
     repository: tyro.conf.Positional[str]
-    """Repository, as owner/name; made if there is none."""
+    """Repository, as owner/name; it is created if it does not exist."""
     data: Path
     """Folder of the data set."""
     private: bool = False
-    """Make a repository that others do not see."""
+    """Create a repository that others cannot see."""
     license: str = card.LICENSE
-    """Licence in the card, where there is no card yet."""
+    """Licence in the card, if there is no card yet."""
 
     def run(self) -> None:
-        """Write the card if need be, and send all."""
+        """Write the card if need be, and send everything."""
         data = dataset.load(self.data)
         if not (self.data / card.FILE_NAME).exists():
             sharing.write(data, license=self.license)
@@ -174,7 +174,7 @@ class Push:
 class Pull:
     """Fetch a data set from a repository of the Hugging Face hub, and verify every byte.
 
-    Run the same command again after it was cut off: files that are there are not fetched again.
+    If the command was cut off, run it again: files that are already there are not fetched again.
     """
 
     repository: tyro.conf.Positional[str]
@@ -193,18 +193,18 @@ class Pull:
 
 @dataclasses.dataclass(frozen=True)
 class Import:
-    """Make a data set of OGBench's files, of `pigbench data export`'s, or of a robot's logs.
+    """Make a data set from files of OGBench's, of `pigbench data export`, or from a robot's logs.
 
-    The files of validation, F-val.npz beside F.npz, are read too. Of logs (an episode a file, or a
-    LeRobot v3 folder of a UR5e), which columns there must be, and in what units, is in README.
+    Validation files, F-val.npz beside F.npz, are read too. Logs are one file per episode, or a
+    LeRobot v3 folder of a UR5e; docs/robot.md lists the columns that they must have, and the units.
 
-    Run the same command again after it was cut off: finished shards are kept.
+    If the command was cut off, run it again: finished shards are kept.
     """
 
     files: tyro.conf.Positional[tuple[Path, ...]]
-    """Files of the training split, or a folder of them. Of logs, every tenth is for validation."""
+    """Files of the training split, or a folder of them. Every tenth log is for validation."""
     environment: str
-    """Environment that the data is from; see `pigbench list envs`."""
+    """Environment that the data are from; see `pigbench list envs`."""
     out: Path
     """Folder of the data set."""
     physics: str = "exact"

@@ -21,20 +21,20 @@ from pigbench.support.lock import only_writer
 @dataclasses.dataclass(frozen=True)
 class Device:
     """Measure the accelerator at hand: control steps, training, parity with MuJoCo in C, data
-    generation, evaluation; the most telling first, until the time is over.
+    generation, evaluation; the most informative first, until the time is over.
 
-    What was measured lies in the folder at once, and is kept: run the same command again for what
-    there was no time for. Of a row that fails the reason is kept; a new folder starts anew. On a
-    GPU, JAX takes memory as it needs it, so that Warp has room beside it
-    (XLA_PYTHON_CLIENT_PREALLOCATE=true has JAX take its share first).
+    Each result is written at once and kept: run the same command again for what there was no time
+    for. If a row fails, the reason is kept; a new folder starts afresh. On a GPU, JAX allocates
+    memory as it needs it, so that there is room for Warp (with
+    XLA_PYTHON_CLIENT_PREALLOCATE=true, JAX takes its share first).
     """
 
     out: Path
     """Folder for device.json, device.md and device.png."""
     minutes: float = 8.0
-    """Time to spend; no row starts that would not end within it."""
+    """Time to spend; no measurement starts that would not end within it."""
     sizes: Sizes = dataclasses.field(default_factory=Sizes)
-    """What is measured, and how much of it at once."""
+    """What is measured, and in what sizes."""
 
     def run(self) -> None:
         """Measure, print each row as it comes, and write tables and a picture."""

@@ -23,26 +23,26 @@ from pigbench.training.run import read_run
 class Evaluate:
     """Evaluate a run's policy on all tasks of its environment.
 
-    The episodes replace those of the same training step in the run's episodes.csv: fewer than those
-    only with --replace. With --noise they go to files of their own, for `pigbench table --show
-    noise`.
+    The episodes replace those of the same training step in the run's episodes.csv; fewer episodes
+    replace more only with --replace. With --noise, they are written to separate files, for
+    `pigbench table --show noise`.
     """
 
     run_folder: tyro.conf.Positional[Path]
     """Folder of the run."""
     checkpoint: str = "last"
-    """Which policy: last, best (of the evaluations so far), or that of a training step."""
+    """Which policy: last, best (by the evaluations so far), or that of a training step."""
     episodes: int = Evaluation.episodes
     """Episodes of each task."""
     seed: Seed = Evaluation.seed
-    """Seed of scenes and of the policy's draws."""
+    """Seed of the scenes and of the policy's random draws."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     replace: bool = False
-    """Replace more episodes by fewer."""
+    """Allow fewer episodes to replace more."""
     noise: tuple[float, ...] = ()
-    """Millimetres: evaluate with each of these as the standard deviation of every coordinate of the
-    cubes' estimated positions, instead of as the environment has it."""
+    """Evaluate with each of these, in millimetres, as the standard deviation of every coordinate of
+    the cubes' estimated positions, instead of the environment's own."""
 
     def __post_init__(self) -> None:
         for level in self.noise:
@@ -93,5 +93,5 @@ class Evaluate:
             f"(seed {self.seed})"
         )
         if count < len(seeds) and not self.replace:
-            raise UserError(f"this would replace {what}: ask for it with --replace")
+            raise UserError(f"this would replace {what}: add --replace to allow it")
         print(f"replacing {what}")

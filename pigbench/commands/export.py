@@ -14,8 +14,8 @@ from pigbench.training.restore import restore
 class Export:
     """Write a run's policy as a folder that acts wherever JAX runs, without pigbench.
 
-    It holds parameters (safetensors), configuration, observation layout, a program that acts (by
-    jax.export, for CPU, GPU and TPU) and a README with the lines that run it.
+    It holds the parameters (safetensors), the configuration, the observation layout, a program
+    that acts (made by jax.export, for CPU, GPU and TPU) and a README with the lines that run it.
     """
 
     run_folder: tyro.conf.Positional[Path]
@@ -25,7 +25,7 @@ class Export:
     checkpoint: str = "last"
     """Which policy: last, best, or that of a training step."""
     license: str = card.LICENSE
-    """Licence of the policy, by the hub's name of it."""
+    """Licence of the policy, by its name on the hub."""
 
     def run(self) -> None:
         """Write the folder."""

@@ -33,8 +33,8 @@ _SHARD_OF_HOST, _SHARD_OF_ACCELERATOR = 50, 2048
 class Generate:
     """Collect an offline data set with a scripted policy.
 
-    Run the same command again after it was cut off: finished shards are kept, and the bytes are
-    those of an uninterrupted run.
+    If the command was cut off, run it again: finished shards are kept, and the bytes are those of
+    an uninterrupted run.
     """
 
     environment: tyro.conf.Positional[str]
@@ -43,8 +43,8 @@ class Generate:
     """Folder of the data set."""
     policy: str | None = None
     """Scripted policy: play follows noisy plans, noisy reacts to the scene with noisy actions,
-    replan plans anew at every step, as a robot that knows estimates; by default the environment's,
-    play or of cube-centre replan."""
+    replan plans anew at every step, as a robot that knows only estimates. By default the
+    environment's own: play, or replan for cube-centre."""
     episodes: int = 1000
     """Episodes of the training split."""
     validation_episodes: int | None = None
@@ -52,9 +52,9 @@ class Generate:
     seed: Seed = 0
     """Seed of every random number."""
     episode_length: int = EPISODE_ROWS
-    """Rows of an episode; replan ends its own, after 301 at most."""
+    """Rows per episode; replan ends its episodes itself, after 301 rows at most."""
     compact: bool = False
-    """Leave out qpos and qvel, which no method trains on: half the bytes."""
+    """Leave out qpos and qvel, which no method trains on, to halve the size."""
     episodes_per_shard: int | None = None
     """Episodes simulated at once and written as one shard; by default what suits the engine."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -70,7 +70,9 @@ class Generate:
             if getattr(self, name) is not None and getattr(self, name) < 1:
                 raise UserError(f"{name} is {getattr(self, name)}: it must be at least 1")
         if self._validation_episodes() < 0:
-            raise UserError(f"validation_episodes is {self.validation_episodes}: 0 is the least")
+            raise UserError(
+                f"validation_episodes is {self.validation_episodes}: it must be 0 or more"
+            )
         memory.require(self._episodes_per_shard())
 
     def run(self) -> None:

@@ -43,7 +43,7 @@ _COLUMNS = {
 class Parity:
     """Replay episodes of the ogbench package, which must be installed, from the same states.
 
-    Its own scripted policy acts in its own physics; the same actions are applied here, over
+    OGBench's scripted policy acts in OGBench's physics; the same actions are applied here, over
     stretches of 50 control steps and over whole sub-tasks.
     """
 
@@ -60,7 +60,7 @@ class Parity:
     physics: tuple[str, ...] = ("exact", "fast")
     """Physics profiles."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Measure and print a table of errors, and one of outcomes."""
@@ -88,9 +88,9 @@ class Parity:
 
 @dataclasses.dataclass(frozen=True)
 class ParityData:
-    """Compare data of a scripted policy with OGBench's own of that policy, quantity by quantity.
+    """Compare data from a scripted policy with OGBench's data from that policy, by quantity.
 
-    Both are made here and now, OGBench's by the ogbench package, which must be installed.
+    Both are generated now, OGBench's by the ogbench package, which must be installed.
     """
 
     environment: tyro.conf.Positional[str] = "cube-double"
@@ -98,7 +98,7 @@ class ParityData:
     policies: tuple[str, ...] = ("play", "noisy")
     """Scripted policies."""
     episodes: int = 20
-    """Episodes of 1,000 control steps, of each."""
+    """Episodes of 1,000 control steps, for each policy."""
     seed: Seed = 0
     """Seed of the episodes."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -106,7 +106,7 @@ class ParityData:
     physics: str = "exact"
     """Physics profile."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Measure and print a table."""
@@ -131,9 +131,9 @@ class ParityData:
 
 @dataclasses.dataclass(frozen=True)
 class ParityPolicy:
-    """Let a run's policy act in the simulator of the ogbench package, which must be installed, too.
+    """Let a run's policy act both here and in the ogbench package, which must be installed.
 
-    Each pair of episodes has the same start, goal and draws of the policy.
+    Both episodes of a pair have the same start, the same goal, and the same random draws.
     """
 
     run_folder: tyro.conf.Positional[Path]
@@ -141,11 +141,11 @@ class ParityPolicy:
     episodes: int = 60
     """Pairs of episodes of each task."""
     seed: Seed = Evaluation.seed
-    """Seed of scenes and of the policy's draws."""
+    """Seed of the scenes and of the policy's random draws."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Simulate and print a table."""

@@ -1,4 +1,4 @@
-"""`pigbench render` and `pigbench data render`: pictures and films, without a screen too."""
+"""`pigbench render` and `pigbench data render`: pictures and films, even without a screen."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -44,11 +44,11 @@ class Render:
     """
 
     source: tyro.conf.Positional[str]
-    """Environment, for a picture, or folder of a run, for a film."""
+    """Environment (for a picture) or folder of a run (for a film)."""
     out: Path
     """File of the picture (.png) or the film (.mp4)."""
     task: int | None = None
-    """Task, from 1; by default the first for a picture, and all for a film."""
+    """Task, counted from 1; by default the first for a picture, and all for a film."""
     episodes: int = 1
     """Episodes of each task in a film."""
     checkpoint: str = "last"
@@ -114,7 +114,7 @@ class RenderData:
     out: Path
     """File of the film (.mp4)."""
     episode: int = 0
-    """Episode of the split, from 0."""
+    """Episode of the split, counted from 0."""
     split: str = "train"
     """Split: train or val."""
     size: Size = dataclasses.field(default_factory=Size)

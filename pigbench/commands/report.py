@@ -60,18 +60,18 @@ class Table:
 
 @dataclasses.dataclass(frozen=True)
 class Plot:
-    """Draw success rates over training, on each task or over environments, or what led there."""
+    """Draw success rates over training, by task or over environments, or how far episodes got."""
 
     runs: Runs
     """Folders of runs."""
     out: Path
-    """File of the picture; its extension (png, pdf, svg) tells the format."""
+    """File of the picture; its extension (png, pdf, svg) chooses the format."""
     kind: str = "curves"
     """curves (over training steps), bars (by task), box (over environments), columns (curves by
     what a hierarchy's low level sees), profile (shares of runs above each success rate) or
     milestones (how far episodes came, from touching a cube to success)."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
-    """How runs become numbers, except in curves."""
+    """How runs become numbers, except for curves."""
 
     def run(self) -> None:
         """Draw the picture."""

@@ -32,17 +32,17 @@ class Scale:
     environments: tuple[str, ...] = envs.names()
     """Environments compared with each other."""
     batch: int = 256
-    """Simulations at once where environments are compared."""
+    """Simulations at once when environments are compared."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     physics: str = "exact"
     """Physics profile."""
     turns: Turns = dataclasses.field(default_factory=lambda: Turns(turns=3, seconds=1.0))
-    """How the batches take turns; a turn is one control step at least."""
+    """How the batches take turns; a turn is at least one control step."""
     out: Path = Path("scaling.png")
     """File of the picture."""
     json: Path | None = None
-    """File for the result as JSON, with machine and versions."""
+    """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
         """Measure, print a table and draw a picture."""
@@ -66,7 +66,7 @@ class Scale:
         save(self.json, self, timings)
 
 
-_HEADER = ("environment, simulations", "control steps a second", "s of the first call")
+_HEADER = ("environment, simulations", "control steps per second", "s of the first call")
 
 
 def _line(item: tuple[str, Timing]) -> tuple[str, ...]:
@@ -80,9 +80,9 @@ def _of(timings: Mapping[str, Timing], points: list[Point]) -> dict[Point, Timin
 
 @dataclasses.dataclass(frozen=True)
 class Memory:
-    """Tell what one control step needs of a device's memory, from the compiled program itself.
+    """Tell how much of a device's memory one control step needs, from the compiled program itself.
 
-    Nothing is run: programs for a larger card than this machine's can be measured too.
+    Nothing is run, so programs for a larger card than this machine's can be measured too.
     """
 
     environment: tyro.conf.Positional[str] = "cube-double"
@@ -94,7 +94,7 @@ class Memory:
     physics: str = "exact"
     """Physics profile."""
     card: float = 80.0
-    """Gigabytes of the card that is asked about."""
+    """Memory of the card in question, in gigabytes."""
 
     def run(self) -> None:
         """Compile and print a table."""
@@ -112,7 +112,7 @@ class Memory:
                     (engine, f"{count:,}", f"{size.total / 1e6:,.1f}", each, f"{fitting:,}")
                 )
                 progress.advance(1, engine)
-        header = ("engine", "simulations", "MB", "kB a simulation", f"fit in {self.card:g} GB")
+        header = ("engine", "simulations", "MB", "kB per simulation", f"fit in {self.card:g} GB")
         print(markdown_grid([header, *lines]))
 
 

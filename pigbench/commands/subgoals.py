@@ -1,4 +1,4 @@
-"""`pigbench subgoals`: how well a trained hierarchy names its subgoals, and reaches them."""
+"""`pigbench subgoals`: how well a trained hierarchy chooses its subgoals, and reaches them."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -36,21 +36,21 @@ _GRASP_CAPTION = (
 class SubgoalErrors:
     """Ask a hierarchy for subgoals before grasps, and simulate it from states of a data set.
 
-    Given a far goal, subgoals should lie at the cube that the data take up next: the gripper
-    forgives about 20 mm. Simulations go towards what the data reached K steps later. If the low
-    level comes nowhere near, given the data's own subgoals, it is what fails.
+    Given a far goal, subgoals should lie at the cube that is grasped next in the data; the gripper
+    forgives about 20 mm. Simulations head for what the data reached K steps later. If the low level
+    comes nowhere near, even when given the data's own subgoals, the low level is what fails.
     """
 
     run_folder: tyro.conf.Positional[Path]
     """Folder of the run."""
     data: Path
-    """Folder of the data set, whose validation episodes are used."""
+    """Folder of the data set; its validation episodes are used."""
     out: Path | None = None
     """File for the table; by default `analysis/subgoals.md` in the run's folder."""
     samples: int = 500
-    """Stretches to simulate, and states before grasps."""
+    """Number of stretches to simulate, and of states before grasps."""
     seed: Seed = 0
-    """Seed of both, and of what the policies draw."""
+    """Seed of both, and of the policies' random draws."""
 
     def run(self) -> None:
         """Simulate and print the table."""
@@ -61,7 +61,9 @@ class SubgoalErrors:
         files.require_file(out)
         run, env, agent, state = restore(self.run_folder)
         if not isinstance(agent, FlowHierarchy):
-            raise UserError(f"{run.config.method} has no flow of subgoals: choose a run that has")
+            raise UserError(
+                f"{run.config.method} has no flow of subgoals: choose a run that has one"
+            )
         data = dataset.load(self.data)
         dataset.check_layout(data, env.layout)
         steps = agent.config.subgoal_steps

@@ -45,10 +45,10 @@ _FORMATS = {"markdown": "md", "latex": "tex", "csv": "csv"}
 
 @dataclasses.dataclass(frozen=True)
 class RunSuite:
-    """Generate, train, evaluate, tabulate, plot and report all that a suite file asks for.
+    """Generate, train, evaluate, tabulate, plot and report everything that a suite file asks for.
 
-    Run the same command again after it was cut off: what is finished is skipped, what was cut off
-    goes on. A cell that fails does not stop the others.
+    If the command was cut off, run it again: what is finished is skipped, and what was cut off
+    continues. A cell that fails does not stop the others.
     """
 
     file: tyro.conf.Positional[Path]
@@ -56,11 +56,11 @@ class RunSuite:
     out: Path
     """Folder of the suite's data, runs, logs, tables, figures and page."""
     jobs: int = os.cpu_count() or 1
-    """Trainings at once; when more than one, each gets one thread of the processor."""
+    """Training runs at once; if there are several, each gets one thread of the processor."""
     cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
     """Where shards are simulated and cells trained."""
     dry_run: bool = False
-    """Only print the cells, and how long they will take from rates measured now."""
+    """Only print the cells, and how long they will take by rates measured now."""
 
     def run(self) -> None:
         """Do what is not done yet."""

@@ -13,18 +13,18 @@ from pigbench.suite.status import status
 
 @dataclasses.dataclass(frozen=True)
 class SuiteStatus:
-    """Tell how far a running, cut off or finished suite is."""
+    """Tell how far a running, interrupted or finished suite is."""
 
     out: tyro.conf.Positional[Path]
     """Folder of the suite."""
 
     def run(self) -> None:
-        """Print a line a cell."""
+        """Print a line for each cell."""
         print_status(spec.read_kept(self.out / spec.KEPT), self.out)
 
 
 def print_status(suite: Suite, out: Path) -> None:
-    """A line a cell of the suite in the folder `out`."""
+    """Print a line for each cell of the suite in the folder `out`."""
     lines = [
         (
             cell.name,

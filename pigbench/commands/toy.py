@@ -20,7 +20,8 @@ from pigbench.training.provenance import surroundings
 class Toy:
     """Fit a known cost-to-go by plain regression and with the HJB and the Eikonal residual.
 
-    Writes figure and extended (png and pdf), errors (md and csv) and toy.json.
+    Writes the figures `figure` and `extended` (png and pdf), the table `errors` (md and csv) and
+    toy.json.
     """
 
     out: Path
@@ -28,11 +29,11 @@ class Toy:
     example: str = "hybrid"
     """hybrid (an object that moves only when held) or anisotropy (speed depends on direction)."""
     seeds: int = 5
-    """How many seeds; means and standard deviations are over them."""
+    """Number of seeds, over which means and standard deviations are taken."""
     seed: Seed = 0
-    """The first of them."""
+    """The first seed."""
     settings: Settings = dataclasses.field(default_factory=Settings)
-    """Fits."""
+    """Settings of the fits."""
 
     def __post_init__(self) -> None:
         lookup("example", EXAMPLES, self.example)

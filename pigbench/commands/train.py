@@ -30,10 +30,10 @@ from pigbench.training.train import Schedule, train
 
 @dataclasses.dataclass(frozen=True)
 class Train:
-    """Train one method, with one seed or several, evaluating it as it learns.
+    """Train one method, with one seed or several, and evaluate it as it learns.
 
-    Run the same command again after it was cut off: it goes on from the last checkpoint and ends
-    with the same parameters. With more --steps, it trains a run further that has ended.
+    If the command was cut off, run it again: it continues from the last checkpoint and ends with
+    the same parameters. With more --steps, a run that has ended is trained further.
     """
 
     method: tyro.conf.Positional[str]
@@ -45,19 +45,19 @@ class Train:
     agent: AgentConfig
     """The method's hyper-parameters, by default those of the preset."""
     goals: str | None = None
-    """What networks see of a goal: state, or cubes for their positions alone (as --agent.goals)."""
+    """What networks see of a goal: state, or cubes for their positions alone (--agent.goals)."""
     preset: str = "paper"
     """Preset of hyper-parameters: paper, or cpu for networks that two cores can train."""
     variant: str = ""
-    """Name of these hyper-parameters, which tables and plots add to the method's."""
+    """Name of these hyper-parameters, which tables and plots add to the method's name."""
     seed: Seed = 0
     """Seed of initial parameters, batches and updates."""
     seeds: tuple[Seed, ...] = ()
-    """Several seeds instead, each a run in a folder of its own within --out."""
+    """Several seeds instead of one, each a run in its own folder within --out."""
     vectorized: bool = False
     """Train the seeds together, in one program on all devices, rather than one after another."""
     data_parallel: bool = False
-    """Split each batch among the devices that there are."""
+    """Split each batch among the available devices."""
     steps: int = Schedule.steps
     """Number of updates."""
     log_every: int = Schedule.log_every
@@ -65,18 +65,18 @@ class Train:
     evaluate_every: int = Schedule.evaluate_every
     """Updates between two evaluations; each is followed by a checkpoint."""
     keep: Keep = "last"
-    """Checkpoints that stay: the last (two), those and that of the best evaluation, or all."""
+    """Checkpoints to keep: last (two), best (also that of the best evaluation), or all."""
     logger: tuple[str, ...] = ("tensorboard",)
-    """Where metrics and success rates are shown: tensorboard, wandb, trackio, or one of your own;
-    several, or none."""
+    """Where metrics and success rates are shown: tensorboard, wandb, trackio, or a logger of your
+    own; several, or none."""
     films: bool = False
-    """Keep films of evaluations in films/, a success and a failure of each task, and show them."""
+    """Keep films of evaluations in films/, a success and a failure of each task, and log them."""
     evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine of the evaluation."""
     rows: HomeChoice = "auto"
-    """Where the data's rows are kept: device, disk, or auto for the device where they fit."""
+    """Where the data's rows are kept: device, disk, or auto for the device if they fit."""
 
     def __post_init__(self) -> None:
         if self.variant:

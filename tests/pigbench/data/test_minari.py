@@ -48,6 +48,6 @@ def test_what_lies_there_is_left_alone_and_other_formats_choices_are_refused(dat
     export = ["data", "export", str(data), "--format", "minari", "--out"]
     with pytest.raises(UserError, match="is not an empty folder"):
         cli.run([*export, str(data)])
-    with pytest.raises(UserError, match="goals is 'cubes': format 'minari' has no such choice"):
+    with pytest.raises(UserError, match="goals is 'cubes': format 'minari' has no such option"):
         cli.run([*export, str(tmp_path / "new"), "--goals", "cubes"])
     assert not (tmp_path / "new").exists()
