@@ -7,6 +7,7 @@ in a single environment and draws that episode, the goal first.
 """
 
 import dataclasses
+import itertools
 from pathlib import Path
 
 import gymnasium
@@ -71,8 +72,8 @@ class Example:
     """Episodes of each task in the batch."""
     task: int = 4
     """Task of the picture."""
-    frames: int = 5
-    """Pictures of the episode, besides that of the goal."""
+    every: int = 12
+    """Control steps between two pictures of the episode."""
     seed: int = 0
     """Seed of both."""
 
@@ -107,19 +108,18 @@ class Example:
         env = gymnasium.make(ENVIRONMENT, render_mode="rgb_array")
         options = {"task_id": self.task, "render_goal": True}
         observation, info = env.reset(seed=self.seed, options=options)
-        goal, film, over = info["goal_rendered"], [env.render()], False
-        while not over:
+        film = [info["goal_rendered"], env.render()]
+        for step in itertools.count(1):
             (action,) = control(observation[None], info["goal"][None])
             observation, _, terminated, truncated, info = env.step(action)
-            film.append(env.render())
             over = terminated or truncated
+            if over or step % self.every == 0:
+                film.append(env.render())
+            if over:
+                break
         env.close()
-        chosen = np.linspace(0, len(film) - 1, self.frames).astype(int)
         margin = (0, 0), (0, 4), (0, 0)
-        shown = [
-            np.pad(one, margin, constant_values=255) for one in (goal, *(film[n] for n in chosen))
-        ]
-        return np.concatenate(shown, axis=1)
+        return np.concatenate([np.pad(one, margin, constant_values=255) for one in film], axis=1)
 
 
 if __name__ == "__main__":

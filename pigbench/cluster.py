@@ -33,11 +33,11 @@ class Cluster:
     """Where tasks run, and what each may take there."""
 
     ray: str | None = None
-    """Ray cluster that shares the work: its address, or local for one of this machine's own."""
+    """Ray cluster that shares the work: its address, or local for one on this machine alone."""
     cpus_per_task: float = 1
-    """Processor cores of a task on the cluster."""
+    """Processor cores for each task on the cluster."""
     gpus_per_task: float = 0
-    """GPUs of a task on the cluster."""
+    """GPUs for each task on the cluster."""
 
     def __post_init__(self) -> None:
         for name in ("cpus_per_task", "gpus_per_task"):

@@ -35,13 +35,13 @@ class Sizes:
     """What is measured, and how much of it at once."""
 
     environments: tuple[str, ...] = ("cube-double", "cube-quadruple")
-    """Environments; all but control steps are of the first."""
+    """Environments; only control steps are measured in all, the rest in the first."""
     engines: tuple[str, ...] = ()
-    """Physics engines, by default all; generation, evaluation and parity are of the first."""
+    """Physics engines, by default all; generation, evaluation and parity use the first."""
     simulations: tuple[int, ...] = tuple(4**power for power in range(4, 11))
-    """Simulations at once, as long as more of them bring more control steps a second."""
+    """Simulations at once, as long as more of them bring more control steps per second."""
     generation: int = 4096
-    """Simulations at once of data generation."""
+    """Simulations at once in data generation."""
     episodes: int = 50
     """Episodes of each task in an evaluation."""
     picks: int = 64

@@ -22,7 +22,7 @@ class Limits:
     """What an episode must be like to be kept."""
 
     within: float = 0.05
-    """Metres from the goal at which a cube that was brought there lies."""
+    """Metres from the goal within which a cube counts as brought there."""
     max_jerk: float = 70.0
     """Root of the mean square of the joints' jerk, rad/s^3."""
     min_rows: int = 40

@@ -33,9 +33,9 @@ class Settings:
     steps: int = 5000
     """Updates of each fit."""
     batch_size: int = 256
-    """Fresh states an update, of each mode."""
+    """Fresh states of each mode in an update."""
     learning_rate: float = 1e-3
-    """Adam's at first; it falls to 0 along a cosine."""
+    """Adam's initial learning rate, which falls to 0 along a cosine."""
     hidden_sizes: tuple[int, ...] = (64, 64)
     """Hidden layers of the network."""
 
