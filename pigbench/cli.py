@@ -36,42 +36,54 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
-    "list": Command("listing", "List", "environments or methods by name"),
+    "list": Command("listing", "List", "list environments or methods by name"),
     "generate": Command("generate", "Generate", "collect an offline data set", resumes=True),
-    "data info": Command("data", "Info", "what a data set holds"),
+    "data info": Command("data", "Info", "say what a data set holds"),
     "data verify": Command("data", "Verify", "find torn or altered files of a data set"),
-    "data filter": Command("data", "Filter", "a data set's good episodes", resumes=True),
+    "data filter": Command("data", "Filter", "keep a data set's good episodes", resumes=True),
     "data export": Command("data", "Export", "write a data set for OGBench, Minari or LeRobot"),
-    "data card": Command("data", "Card", "write a data set's README, as hubs want it"),
+    "data card": Command("data", "Card", "write a data set's README for a hub"),
     "data push": Command("data", "Push", "put a data set on the Hugging Face hub", resumes=True),
     "data pull": Command("data", "Pull", "fetch a data set from the hub", resumes=True),
     "data import": Command(
-        "data", "Import", "make a data set of OGBench's files, or of a robot's logs", resumes=True
+        "data", "Import", "make a data set from OGBench's files or a robot's logs", resumes=True
     ),
-    "data render": Command("render", "RenderData", "an episode of a data set as a film"),
+    "data render": Command("render", "RenderData", "draw an episode of a data set as a film"),
     "train": Command("train", "Train", "train one method, with one seed or several", resumes=True),
     "evaluate": Command("evaluate", "Evaluate", "roll out a trained policy on every task"),
-    "table": Command("report", "Table", "success rates of runs as a table"),
+    "table": Command("report", "Table", "print success rates of runs as tables"),
     "suite": Command(
-        "suite", "RunSuite", "environments x methods x seeds as one job", resumes=True
+        "suite", "RunSuite", "train environments x methods x seeds as one job", resumes=True
     ),
-    "suite status": Command("suite_status", "SuiteStatus", "how far a suite is"),
-    "plot": Command("report", "Plot", "curves, bars, boxes or profiles of runs as a picture"),
-    "report": Command("report", "Report", "a page of runs or of a suite, for any browser"),
+    "suite status": Command("suite_status", "SuiteStatus", "say how far a suite is"),
+    "plot": Command("report", "Plot", "draw curves, bars, boxes or profiles of runs"),
+    "report": Command("report", "Report", "make a page of runs or of a suite, for any browser"),
     "export": Command("export", "Export", "write a policy that acts without pigbench, to share"),
-    "render": Command("render", "Render", "a task as a picture, a policy's episodes as a film"),
-    "analyze": Command("analyze", "Analyze", "residuals of a value function by contact mode"),
-    "subgoals": Command("subgoals", "SubgoalErrors", "how well a hierarchy reaches its subgoals"),
-    "parity": Command("parity", "Parity", "how close the simulations are to OGBench's"),
-    "parity data": Command("parity", "ParityData", "how close data are to OGBench's own"),
-    "parity policy": Command("parity", "ParityPolicy", "whether a policy fares as in OGBench's"),
+    "render": Command(
+        "render", "Render", "draw a task as a picture, a policy's episodes as a film"
+    ),
+    "analyze": Command(
+        "analyze", "Analyze", "measure residuals of a value function by contact mode"
+    ),
+    "subgoals": Command(
+        "subgoals", "SubgoalErrors", "measure how well a hierarchy reaches its subgoals"
+    ),
+    "parity": Command("parity", "Parity", "measure how close the simulations are to OGBench's"),
+    "parity data": Command("parity", "ParityData", "measure how close data are to OGBench's own"),
+    "parity policy": Command(
+        "parity", "ParityPolicy", "compare a policy's success here and in OGBench"
+    ),
     "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),
     "bench evaluate": Command("bench", "Evaluate", "time evaluation beside OGBench's"),
     "bench train": Command("bench", "Train", "time the updates of methods, side by side"),
     "bench rows": Command("bench", "Rows", "time training from rows on the device and on the disk"),
-    "bench startup": Command("bench", "Startup", "processor time that commands take to start"),
-    "bench scale": Command("scaling", "Scale", "time steps over numbers of simulations and cubes"),
-    "bench memory": Command("scaling", "Memory", "what a control step needs of a device's memory"),
+    "bench startup": Command(
+        "bench", "Startup", "measure the processor time that commands take to start"
+    ),
+    "bench scale": Command(
+        "scaling", "Scale", "time control steps by numbers of simulations and cubes"
+    ),
+    "bench memory": Command("scaling", "Memory", "tell how much memory a control step needs"),
     "bench device": Command("device", "Device", "measure the accelerator at hand, in minutes"),
     "toy": Command("toy", "Toy", "fit a known cost-to-go under each regulariser"),
 }
@@ -184,15 +196,16 @@ def _cache_compilations() -> None:
 
 
 def _overview() -> str:
+    width = max(map(len, COMMANDS))
     lines = [
         "pigbench: offline goal-conditioned RL on contact-rich manipulation",
         "",
         "usage: pigbench COMMAND ... (pigbench COMMAND --help says more)",
         "",
-        *(f"  {name:14}{command.summary}" for name, command in COMMANDS.items()),
+        *(f"  {name:{width}}  {command.summary}" for name, command in COMMANDS.items()),
         "",
-        "Every command takes --plugin FILE, a Python file that registers methods or environments",
-        "of your own.",
+        "Every command takes --plugin FILE, a Python file that registers methods, environments",
+        "or loggers of your own.",
     ]
     return "\n".join(lines)
 
