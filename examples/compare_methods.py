@@ -51,11 +51,12 @@ class Example:
         Generate("cube-single", out=self.data, episodes=self.episodes, validation_episodes=0).run()
         runs = [self._train(method, seed) for method in self.methods for seed in self.seeds]
         results = stats.read_results(map(read_run, runs))
-        made = [make(results) for make in (tables.method_table, tables.improvement_table)]
+        shown = tables.method_table, tables.improvement_table
+        made = [make(results, order=self.methods) for make in shown]
         text = tables.render_all(made, "markdown")
         print(text)
         files.write_text(self.out / "table.md", f"{text}\n")
-        plots.plot(results, self.out / "curves.png")
+        plots.plot(results, self.out / "curves.png", order=self.methods)
 
     def _train(self, method: str, seed: int) -> Path:
         """The folder of a finished run."""

@@ -48,14 +48,14 @@ def value_map(folder: Path, *, task: int, points: int, seed: int) -> Map:
         return agent.state_values(state.acting, start.obs[None], start.info["goal"][None])[0]
 
     values = jax.jit(jax.vmap(value))(*map(jnp.ravel, jnp.meshgrid(x, y, indexing="ij")))
-    title = f"{run.config.label}, step {int(state.step):,}"
+    title = f"{run.config.label}, seed {run.config.seed}, step {int(state.step):,}"
     return Map(title, x, y, np.asarray(values).reshape(points, points), goal[0, :2])
 
 
 def draw(maps: list[Map], path: Path) -> None:
     """A panel for each map, as seen from above with the robot at the bottom."""
     with canvas.look():
-        figure, panels = canvas.grid(1, len(maps), panel=(4.2, 2.2), legend=[], share_y=False)
+        figure, panels = canvas.grid(1, len(maps), panel=(4.2, 2.0), legend=[], share_y=False)
         for panel, one in zip(panels[0], maps, strict=True):
             shown = panel.contourf(one.y, one.x, one.values, levels=20, cmap="viridis")
             panel.plot(*one.goal[::-1], "*", color="white", markeredgecolor="black", markersize=12)
@@ -63,7 +63,7 @@ def draw(maps: list[Map], path: Path) -> None:
             panel.invert_xaxis()  # the robot's left is on the left
             panel.set_aspect("equal")
             panel.grid(visible=False)
-            figure.colorbar(shown, ax=panel, label="V(s, g)")
+            figure.colorbar(shown, ax=panel, label="V(s, g)", shrink=0.6)
         canvas.save(figure, path)
 
 
