@@ -259,7 +259,7 @@ class Startup:
 
 
 def _print_rates(timings: Mapping[str, Timing]) -> None:
-    """Control steps a second, and how many times the peer's."""
+    """Control steps per second, and how many times the peer's."""
     lines = [
         (
             name,

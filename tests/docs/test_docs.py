@@ -63,4 +63,4 @@ def test_the_site_builds(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "hjb_residual" in (tmp_path / "api" / "index.html").read_text()
     assert (tmp_path / "results" / "study" / "curves.png").exists()
-    assert "HuberBC" in (tmp_path / "extending" / "index.html").read_text()  # a snippet
+    assert "PolicyAgent" in (tmp_path / "extending" / "index.html").read_text()  # of a snippet
