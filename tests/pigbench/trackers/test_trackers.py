@@ -68,7 +68,7 @@ def records(content: bytes):
 def test_tensorboard(run, film):
     with TensorBoard(run, step=20) as tracker:
         tracker.scalars(30, {"loss": 0.25, "evaluation/success": 0.5})
-        tracker.film(30, "evaluation/film", film)
+        tracker.film(30, "evaluation/film/task1_x/success", film)
     (path,) = (run.path / "tensorboard").iterdir()
     events = list(records(path.read_bytes()))
     values = [(event.step, value) for event in events for value in event.summary.value]
@@ -78,7 +78,7 @@ def test_tensorboard(run, film):
         (30, "evaluation/success", 0.5),
     ]
     assert 21 in [event.step for event in events if event.HasField("session_log")]
-    assert (step, picture.tag) == (30, "evaluation/film")
+    assert (step, picture.tag) == (30, "evaluation/film/task1_x/success")
     gif = Image.open(io.BytesIO(picture.image.encoded_image_string))
     assert (gif.n_frames, gif.info["duration"], gif.size) == (10, 200, (160, 120))
     gif.seek(9)
@@ -113,7 +113,7 @@ def test_wandb_offline(run, make_run, tmp_path, film, monkeypatch):
     with tracker(run, step=0) as one, tracker(other, step=0) as two:
         one.scalars(10, {"loss": 0.25, "evaluation/success": 0.5})
         two.scalars(10, {"loss": 4.0})
-        one.film(10, "evaluation/film", film)
+        one.film(10, "evaluation/film/task1_x/success", film)
     with tracker(run, step=0) as again:
         again.scalars(10, {"loss": 0.75})
     first, second = sorted((run.path / "wandb").glob("offline-run-*/*.wandb"))
@@ -144,12 +144,12 @@ def test_trackio(run, make_run, tmp_path, film, monkeypatch):
     with tracker(run, step=0) as one, tracker(other, step=0) as two:
         one.scalars(10, {"loss": 0.25, "evaluation/success": 0.5})
         two.scalars(10, {"loss": 4.0})
-        one.film(10, "evaluation/film", film)
+        one.film(10, "evaluation/film/task1_x/success", film)
     with tracker(run, step=10) as again:
         again.scalars(20, {"loss": 0.75})
     numbers, picture, later = SQLiteStorage.get_logs("pigbench", one.name)
     assert (numbers["step"], numbers["loss"], numbers["evaluation/success"]) == (10, 0.25, 0.5)
-    assert picture["evaluation/film"]["_type"] == "trackio.video"
+    assert picture["evaluation/film/task1_x/success"]["_type"] == "trackio.video"
     assert (later["step"], later["loss"]) == (20, 0.75)
     (beside,) = SQLiteStorage.get_logs("pigbench", two.name)
     assert beside["loss"] == 4.0
