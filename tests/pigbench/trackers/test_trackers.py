@@ -125,7 +125,7 @@ def test_wandb_offline(run, make_run, tmp_path, film, monkeypatch):
         "0.5",
     )
     assert picture["step"] == "10"
-    assert picture["evaluation/film/_type"] == '"video-file"'
+    assert picture["evaluation/film/task1_x/success/_type"] == '"video-file"'
     assert [row["loss"] for row in history(second)] == ["0.75"]
     (beside,) = (other.path / "wandb").glob("offline-run-*/*.wandb")
     assert [row["loss"] for row in history(beside)] == ["4"]
