@@ -2,6 +2,7 @@
 
 import io
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,14 @@ def history(path: Path) -> list[dict[str, str]]:
     return rows
 
 
+def written(path: Path, *, seconds: float = 20) -> list[dict[str, str]]:
+    """The rows in a file of W&B, whose own process may write the last ones after it was let go."""
+    deadline = time.monotonic() + seconds
+    while not (rows := history(path)) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    return rows
+
+
 def test_wandb_offline(run, make_run, tmp_path, film, monkeypatch):
     pytest.importorskip("wandb")
     monkeypatch.setenv("WANDB_MODE", "offline")
@@ -126,7 +135,7 @@ def test_wandb_offline(run, make_run, tmp_path, film, monkeypatch):
     )
     assert picture["step"] == "10"
     assert picture["evaluation/film/task1_x/success/_type"] == '"video-file"'
-    assert [row["loss"] for row in history(second)] == ["0.75"]
+    assert [row["loss"] for row in written(second)] == ["0.75"]
     (beside,) = (other.path / "wandb").glob("offline-run-*/*.wandb")
     assert [row["loss"] for row in history(beside)] == ["4"]
     (copy,) = first.parent.glob("files/media/**/*.mp4")
