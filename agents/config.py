@@ -31,10 +31,10 @@ class AgentConfig:
     batch_size: int = 1024
     actor_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)
     value_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)
-    layer_norm: bool = True  # in values and vector fields
-    actor_layer_norm: bool = False  # in Gaussian policies
+    layer_norm: bool = True  # layer normalisation in values and vector fields
+    actor_layer_norm: bool = False  # layer normalisation in Gaussian policies
     discount: float = 0.999
-    target_rate: float = 0.005  # tau: the share of the online parameters in a target's update
+    target_rate: float = 0.005  # tau: the share of the online parameters in each target update
     goals: str = "state"  # what networks see of a goal: state or cubes
     value_goals: GoalMixture = VALUE_GOALS
     actor_goals: GoalMixture = ACTOR_GOALS

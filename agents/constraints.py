@@ -22,11 +22,11 @@ class Constraint:
     Raises `UserError` if `kind` is none of `VIOLATIONS` or a constant is out of range.
     """
 
-    kind: str = "transition"
-    margin: float = 0.05
+    kind: str = "transition"  # transition, eikonal or hjb
+    margin: float = 0.05  # the mean violation that is allowed
     speed: float = 1.0  # S(s) of the Eikonal equation, the same in all states
     epsilon: float = 1e-6  # of the HJB direction: keeps it finite where nothing moves
-    direction: str = "own"  # of the HJB residual: what motion is measured in
+    direction: str = "own"  # of HJB: own, raw, standardized or positions
 
     def __post_init__(self) -> None:
         lookup("constraint", VIOLATIONS, self.kind)

@@ -28,7 +28,7 @@ class CRLConfig(AgentConfig):
     """Hyper-parameters of CRL."""
 
     bc_weight: float = 3.0  # alpha of DDPG+BC
-    latent_size: int = 512  # of the two sides' embeddings
+    latent_size: int = 512  # of both embeddings
     value_goals: GoalMixture = GEOMETRIC_FUTURE
 
     def __post_init__(self) -> None:

@@ -42,12 +42,12 @@ class FlowHierarchyConfig(AgentConfig):
 
     value_goals: GoalMixture = UNIFORM_VALUE_GOALS
     actor_goals: GoalMixture = GEOMETRIC_ACTOR_GOALS
-    subgoal_steps: int = 25  # K
-    low_level_representation: str = "joints_contacts"
-    standardize: bool = True  # what the flow generates, and critic and low level see of it
-    flow_steps: int = 10  # M
-    candidates: int = 32  # N: subgoals drawn, of which the critic's best is taken
-    average_rate: float = 1.0  # below 1, an average of parameters acts, over about 1 / rate updates
+    subgoal_steps: int = 25  # K: how far ahead subgoals lie
+    low_level_representation: str = "joints_contacts"  # or proprio, or full
+    standardize: bool = True  # standardise what flow, critic and low level see
+    flow_steps: int = 10  # M: Euler steps of the flow
+    candidates: int = 32  # N: subgoals drawn; the critic chooses the best
+    average_rate: float = 1.0  # below 1, act with parameters averaged over about 1 / rate updates
     low: AgentConfig = field(default_factory=GCIVLConfig)
 
     def __post_init__(self) -> None:

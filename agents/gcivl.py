@@ -26,9 +26,9 @@ from pigbench.errors import lookup
 class GCIVLConfig(AgentConfig):
     """Hyper-parameters of GCIVL; defaults are the paper's."""
 
-    expectile: float = 0.9  # iota
-    temperature: float = 10.0  # alpha of the actor's weights
-    rewards: str = "-1/0"  # on the way and at the goal, or "0/1"
+    expectile: float = 0.9  # iota, of the value loss
+    temperature: float = 10.0  # alpha: actions weigh exp(alpha * advantage), at most 100
+    rewards: str = "-1/0"  # before and at the goal: -1/0 or 0/1
     regularizer: Regularizer = field(default_factory=Regularizer)
 
     def __post_init__(self) -> None:
@@ -75,11 +75,11 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
         """Value loss plus actor loss; they train disjoint networks. Draws nothing from `key`."""
         return combine(
             self._value_loss(params["value"], target_params["value"], batch),
-            self._actor_loss(params, batch),
+            self.actor_loss(params, batch),
         )
 
     def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """The members' mean, whatever the rewards on the scale of a cost of 1 a step."""
+        """The members' mean, on the scale of a cost of 1 per step whatever the rewards are."""
         goals = self.as_goals(goals)
         values = apply_ensemble(self.value, params["value"], observations=observations, goals=goals)
         return (values.mean(axis=0) - self._goal_reward) / self._step_value
@@ -90,13 +90,13 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
 
     @property
     def _step_value(self) -> float:
-        """What a cost of 1 a step is in values: less where the goal has a reward."""
+        """What a cost of 1 per step is in values: less where the goal has a reward."""
         return 1 - self.config.discount if self._goal_reward else 1.0
 
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
         direction = self.direction(self.motion_in)
-        step_value = self._step_value  # residuals are of a cost of 1 a step
+        step_value = self._step_value  # residuals are of a cost of 1 per step
         goals = self.as_goals(batch.value_goals)
 
         def regularized(member: Any) -> tuple[jax.Array, jax.Array]:
@@ -127,16 +127,18 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
             "value/residual": residuals.mean(),
         }
 
-    def _actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+    def actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+        """Advantage-weighted regression. A method that differs in this alone overrides it."""
+        advantages = self.advantages(params, batch)
+        means = self.means(params, batch.observations, batch.actor_goals)
+        return actors.awr(means, batch.actions, advantages, temperature=self.config.temperature)
+
+    def advantages(self, params: Params, batch: Batch) -> jax.Array:
+        """V(s', g) - V(s, g) with the actor's goals, the members' mean, (B,); has no gradient."""
         values, next_values = self._transition_values(
             jax.lax.stop_gradient(params["value"]), batch, batch.actor_goals
         )
-        return actors.awr(
-            self.means(params, batch.observations, batch.actor_goals),
-            batch.actions,
-            next_values.mean(axis=0) - values.mean(axis=0),
-            temperature=self.config.temperature,
-        )
+        return next_values.mean(axis=0) - values.mean(axis=0)
 
     def _transition_values(
         self, members: Any, batch: Batch, goals: jax.Array

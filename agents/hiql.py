@@ -30,7 +30,7 @@ class HIQLConfig(AgentConfig):
     expectile: float = 0.7
     high_temperature: float = 3.0
     low_temperature: float = 3.0
-    subgoal_steps: int = 10  # K
+    subgoal_steps: int = 10  # K: how far ahead subgoals lie
     representation_size: int = 10
 
     def __post_init__(self) -> None:

@@ -29,12 +29,12 @@ RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False
 class QRLConfig(AgentConfig):
     """Hyper-parameters of QRL."""
 
-    quasimetric: str = "iqe"
+    quasimetric: str = "iqe"  # iqe or mrn
     latent_size: int = 512
     constraint: Constraint = field(default_factory=Constraint)
     push_offset: float = 500.0  # distances beyond it are pushed less and less
-    push_beta: float = 0.01  # sharpness of that turn
-    actor: str = "ddpg+bc"  # or "awr"
+    push_beta: float = 0.01  # how sharply that sets in
+    actor: str = "ddpg+bc"  # ddpg+bc or awr
     bc_weight: float = 0.3  # alpha of DDPG+BC
     temperature: float = 10.0  # alpha of AWR
     value_goals: GoalMixture = RANDOM_STATES

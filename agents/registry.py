@@ -20,7 +20,7 @@ from pigbench.agents.qrl import QRL, QRLConfig
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError, lookup, unknown_name
 from pigbench.names import check
 
 _SMALL = {
@@ -101,7 +101,10 @@ def register(method: Method) -> None:
 
 def get(name: str) -> Method:
     """The method of that name; `UserError` with the nearest name if there is none."""
-    return lookup("method", _METHODS, name)
+    if name not in _METHODS:
+        error = unknown_name("method", name, _METHODS)
+        raise UserError(f"{error} (those of a file of your own with --plugin FILE)")
+    return _METHODS[name]
 
 
 def build(

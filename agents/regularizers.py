@@ -68,11 +68,11 @@ class Regularizer:
     Raises `UserError` if `kind` is none of `RESIDUALS` or a constant is out of range.
     """
 
-    kind: str = "none"
+    kind: str = "none"  # none, eikonal or hjb
     weight: float = 1.0  # lambda: the residual's factor in the loss
     speed: float = 1.0  # S(s) of the Eikonal equation, the same in all states
     epsilon: float = 1e-6  # of the HJB direction: keeps it finite where nothing moves
-    direction: str = "own"  # of the HJB residual: what motion is measured in
+    direction: str = "own"  # of HJB: own, raw, standardized or positions
 
     def __post_init__(self) -> None:
         lookup("regularizer", RESIDUALS, self.kind)

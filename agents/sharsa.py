@@ -24,7 +24,7 @@ class FlowCloneConfig(AgentConfig):
     """Hyper-parameters of the flow clone; defaults are SHARSA's."""
 
     flow_steps: int = 10
-    candidates: int = 1  # actions drawn, of which a critic's best is taken; one needs no critic
+    candidates: int = 1  # actions drawn; with several, a critic chooses the best
 
     def __post_init__(self) -> None:
         super().__post_init__()

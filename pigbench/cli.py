@@ -176,8 +176,10 @@ def _choose(arguments: Sequence[str]) -> tuple[str, list[str]]:
     name = _named(arguments)
     if name is not None:
         return name, list(arguments[len(name.split()) :])
-    asked = " ".join(word for word in arguments[:2] if not word.startswith("-"))
-    if asked and not any(name.split()[0] == asked for name in COMMANDS):
+    words = [word for word in arguments[:2] if not word.startswith("-")]
+    firsts = {name.split()[0] for name in COMMANDS}
+    asked = " ".join(words if firsts.issuperset(words[:1]) else words[:1])
+    if asked and asked not in firsts:
         lookup("command", COMMANDS, asked)
     print(_overview())
     sys.exit(0)

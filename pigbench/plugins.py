@@ -37,7 +37,7 @@ def load_file(path: Path) -> None:
     if name in sys.modules:
         return
     if not path.is_file() or path.suffix != ".py":
-        raise UserError(f"plugin {path} is no Python file: name an existing one that ends in .py")
+        raise UserError(f"plugin {path} is not a Python file: name an existing one, NAME.py")
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

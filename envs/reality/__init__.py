@@ -53,7 +53,7 @@ REAL = Reality(
         # Half the fingers' length: they hide what is between them, not the whole of a cube.
         occlusion_distance=0.05,
         occluded_dropout=0.3,
-        # 30 frames a second, and FoundationPose's tracking at 32: two control steps, rounded up.
+        # 30 frames per second, and FoundationPose's tracking at 32: two control steps, rounded up.
         latency=2,
     ),
     action_delay=1,  # a servo command's way through the controller, rounded up to a control step

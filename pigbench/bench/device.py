@@ -198,7 +198,7 @@ def _make(environment: str, engine: str) -> envs.CubeEnv:
 
 
 def _timed(make: Callable[[], Contender], sizes: Sizes, *, turns: int = 3) -> Result:
-    """Items a second, and the seconds before: to set up, and of the first unit, which compiles."""
+    """Items per second, and the seconds before: setup's, and the first unit's, which compiles."""
     begin = time.perf_counter()
     contender = make()
     setup = time.perf_counter() - begin

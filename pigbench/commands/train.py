@@ -32,6 +32,9 @@ from pigbench.training.train import Schedule, train
 class Train:
     """Train one method, with one seed or several, and evaluate it as it learns.
 
+    The --agent options and their defaults are those of the method and the preset: name both before
+    --help to see them.
+
     If the command was cut off, run it again: it continues from the last checkpoint and ends with
     the same parameters. With more --steps, a run that has ended is trained further.
     """
@@ -45,11 +48,11 @@ class Train:
     agent: AgentConfig
     """The method's hyper-parameters, by default those of the preset."""
     goals: str | None = None
-    """What networks see of a goal: state, or cubes for their positions alone (--agent.goals)."""
+    """What networks see of a goal: state, or cubes for the cubes' positions (as --agent.goals)."""
     preset: str = "paper"
     """Preset of hyper-parameters: paper, or cpu for networks that two cores can train."""
     variant: str = ""
-    """Name of these hyper-parameters, which tables and plots add to the method's name."""
+    """Name for these hyper-parameters, which tables and plots add to the method's name."""
     seed: Seed = 0
     """Seed of initial parameters, batches and updates."""
     seeds: tuple[Seed, ...] = ()
@@ -61,16 +64,15 @@ class Train:
     steps: int = Schedule.steps
     """Number of updates."""
     log_every: int = Schedule.log_every
-    """Updates between two lines of metrics."""
+    """Number of updates between lines of metrics."""
     evaluate_every: int = Schedule.evaluate_every
-    """Updates between two evaluations; each is followed by a checkpoint."""
+    """Number of updates between evaluations, each of which is followed by a checkpoint."""
     keep: Keep = "last"
-    """Checkpoints to keep: last (two), best (also that of the best evaluation), or all."""
+    """Checkpoints to keep: last (the last two), best (also that of the best evaluation), or all."""
     logger: tuple[str, ...] = ("tensorboard",)
-    """Where metrics and success rates are shown: tensorboard, wandb, trackio, or a logger of your
-    own; several, or none."""
+    """Where metrics and success rates go: tensorboard, wandb, trackio or your own (or several)."""
     films: bool = False
-    """Keep films of evaluations in films/, a success and a failure of each task, and log them."""
+    """Film a success and a failure of each task at each evaluation, into films/ and the loggers."""
     evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)

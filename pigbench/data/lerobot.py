@@ -31,7 +31,7 @@ EPISODES_PATH = "meta/episodes/chunk-000/file-000.parquet"
 TASKS_PATH = "meta/tasks.parquet"
 
 _SPLITS = ("train", "val")
-_RATE = round(1 / CONTROL_STEP)  # frames a second
+_RATE = round(1 / CONTROL_STEP)  # frames per second
 
 Columns = Mapping[str, np.ndarray]  # of one episode's frames, (frames,) or (frames, numbers)
 Statistics = Mapping[str, Mapping[str, list[Any]]]  # by column, then by name

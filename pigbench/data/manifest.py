@@ -163,7 +163,7 @@ def read(folder: Path) -> Manifest:
     if not folder.is_dir():
         raise UserError(f"{folder} does not exist; make a data set with `pigbench generate`")
     if not path.exists():
-        raise UserError(f"{folder} is no data set: it has no {FILE_NAME}")
+        raise UserError(f"{folder} is not a data set: it has no {FILE_NAME}")
     content = files.read_json(path)
     version = content.get("format") if isinstance(content, dict) else None
     if version != FORMAT:

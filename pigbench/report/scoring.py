@@ -17,7 +17,7 @@ from pigbench.training.measures import MEASURES
 _AVERAGED = 3
 
 THRESHOLDS = (0.03, 0.05, 0.10)
-"""Metres: the paper's, of its robot."""
+"""In metres, those of the paper's experiments with a robot."""
 
 Key = TypeVar("Key")
 
@@ -27,7 +27,7 @@ Groups = Mapping[str, Estimate | None]  # by a bar's group; None where it is not
 
 
 class Checkpoint(NamedTuple):
-    """A choice of steps from a cell's curve, none where it is too short, and its words."""
+    """Which steps of a cell's curve count (none, if it is too short), and how captions say so."""
 
     choose: Callable[[Curve], Sequence[int]]
     wording: str
@@ -53,13 +53,13 @@ class Scoring:
     """How runs become numbers."""
 
     checkpoint: str = "last"
-    """Which evaluations count: last, last-three (averaged) or best (of the mean over seeds)."""
+    """Which evaluations count: last, last-three (averaged), or best (by the mean over seeds)."""
     over: str = "environments"
-    """What a run gives a number for when environments are pooled: environments or tasks."""
+    """A run's numbers where environments are pooled: one (environments) or one per task (tasks)."""
     bootstrap_seed: Seed = 0
-    """Seed of the bootstrap, which makes the intervals."""
+    """Seed of the bootstrap that computes the intervals."""
     first_episodes: int | None = None
-    """Only so many episodes of each task: the first, as an evaluation of so few would have them."""
+    """Count only the first so many episodes of each task, as if no more had been evaluated."""
 
     def __post_init__(self) -> None:
         lookup("checkpoint", CHECKPOINTS, self.checkpoint)
@@ -69,9 +69,9 @@ class Scoring:
 
     @property
     def wording(self) -> str:
-        """The checkpoint and what of it counts, for captions."""
+        """The checkpoint, and how many of its episodes count, for captions."""
         count = self.first_episodes
-        first = "" if count is None else f", {count} episodes of a task"
+        first = "" if count is None else f", {count} episodes per task"
         return f"{CHECKPOINTS[self.checkpoint].wording}{first}"
 
     def counts(self, episode: Episode) -> bool:
@@ -116,7 +116,7 @@ def by_stage(results: Sequence[Result], scoring: Scoring) -> Groups:
 def thresholds(results: Sequence[Result], scoring: Scoring) -> dict[float, Estimate]:
     """As `success`, by how far from their targets, in metres, cubes may be at the end.
 
-    None for results whose episodes tell of no final distance.
+    Empty if the episodes of some results have no final distance.
     """
     scores = {distance: partial(stats.ended_within, distance=distance) for distance in THRESHOLDS}
     return _known(results, scoring, scores)

@@ -82,7 +82,7 @@ def noisy(result: Result) -> dict[float, Result]:
 
 
 def cells(results: Iterable[Result]) -> dict[Cell, list[Result]]:
-    """The results of each method and environment, one a seed: all in order, whatever theirs is.
+    """The results of each method and environment, one per seed: all in order, whatever theirs is.
 
     Raises UserError when results that would be set against each other are not comparable: in a cell
     only the seeds may differ, and must, and where they were evaluated after the same step, that
@@ -123,7 +123,7 @@ def evaluation(result: Result, steps: Collection[int]) -> dict[str, list[int]]:
     episodes = [episode for episode in result.episodes if episode.step in steps]
     counts = Counter((episode.step, episode.task) for episode in episodes)
     return {
-        "episodes of a task": sorted(set(counts.values())),
+        "episodes per task": sorted(set(counts.values())),
         "evaluation seed": sorted({episode.seed for episode in episodes}),
     }
 
@@ -140,7 +140,7 @@ def run_curve(result: Result) -> dict[int, float]:
 
 
 def estimate_curve(curves: Sequence[Mapping[int, float]]) -> dict[int, Estimate]:
-    """Mean and standard deviation of one curve a seed, at the steps that all of them have."""
+    """Mean and standard deviation of one curve per seed, at the steps that all of them have."""
     steps = sorted(set.intersection(*map(set, curves)))
     return {step: estimate([curve[step] for curve in curves]) for step in steps}
 
@@ -171,7 +171,7 @@ def ended_within(group: Iterable[Episode], distance: float) -> float:
 
 
 def estimate(values: Sequence[float] | np.ndarray) -> Estimate:
-    """Mean and standard deviation of one value a seed."""
+    """Mean and standard deviation of one value per seed."""
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     return Estimate(float(np.mean(values)), deviation, seeds=len(values))
 

@@ -141,7 +141,7 @@ def read(path: Path) -> Suite:
     try:
         return pydantic.TypeAdapter(Suite).validate_python(tomllib.loads(files.read_text(path)))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise UserError(f"{path} is no TOML: {error}") from None
+        raise UserError(f"{path} is not valid TOML: {error}") from None
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     except pydantic.ValidationError as error:

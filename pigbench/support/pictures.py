@@ -49,7 +49,7 @@ def gif_of_mp4(path: Path, *, every: int = 4, width: int = 160) -> tuple[bytes, 
 
 
 def write_mp4(path: Path, pictures: Iterable[np.ndarray], *, rate: int) -> None:
-    """Replaces `path` by a film, `rate` pictures a second; their height and width are even.
+    """Replaces `path` by a film, `rate` pictures per second; their height and width are even.
 
     Raises UserError when the package `av`, of the extra `render`, is not installed.
     """

@@ -19,7 +19,7 @@ MEASURES: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "away from kinks": lambda errors, far: errors[:, far].mean(axis=-1),
     f"share off by more than {LARGE}": lambda errors, far: (errors > LARGE).mean(axis=-1),
 }
-"""Of absolute errors (seeds, n) and which of the n states are away from kinks: one a seed."""
+"""Of absolute errors (seeds, n) and which of the n states are away from kinks: one per seed."""
 
 Estimates = Mapping[tuple[str, str], Mapping[str, Estimate]]
 

@@ -15,7 +15,7 @@ SIDE = 101
 
 
 class Outcome(NamedTuple):
-    """Fits of one mode under one loss: one a seed."""
+    """Fits of one mode under one loss: one per seed."""
 
     mode: Mode
     loss: str

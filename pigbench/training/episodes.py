@@ -132,5 +132,5 @@ def _parse(path: Path, line: int, header: list[str], row: list[str]) -> Episode:
         }
         which = {name: values.pop(name) for name in _WHICH}
     except (ValueError, KeyError):
-        raise UserError(f"{path} is torn: line {line} is no episode") from None
+        raise UserError(f"{path} is torn: line {line} is not an episode") from None
     return Episode(**which, measures=values)

@@ -26,10 +26,12 @@ _REPORT_EVERY = 50  # control steps
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How a policy is evaluated: `episodes` episodes of every task, from their own seed."""
+    """How a policy is evaluated."""
 
     episodes: int = 10
+    """Episodes of each task."""
     seed: Seed = 0
+    """Seed of the scenes and of the policy's random draws."""
 
     def __post_init__(self) -> None:
         if self.episodes < 1:
@@ -44,7 +46,7 @@ Evaluator = Callable[[Params, Report], Outcome]
 
 
 class Rollout(NamedTuple):
-    """Episodes under way, task after task; `time` () is the steps of the longest."""
+    """Episodes under way, task after task; `time` () is how many steps the longest has taken."""
 
     states: State
     act_keys: jax.Array
@@ -57,7 +59,7 @@ def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
     """All episodes at their start.
 
     An episode's scene and the policy's draws follow from the evaluation's seed, the task and the
-    episode's number alone. Raises UserError if they are too many for this machine.
+    episode's number alone. Raises UserError if this machine has no room for so many.
     """
     memory.require(env.num_tasks * evaluation.episodes)
     tasks, episodes = jnp.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)

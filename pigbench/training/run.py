@@ -155,7 +155,7 @@ def read_run(path: Path) -> Run:
         raise UserError(f"{path} does not exist; make a run with `pigbench train`")
     config_path = path / CONFIG_FILE
     if not config_path.exists():
-        raise UserError(f"{path} is no run: it has no {CONFIG_FILE}")
+        raise UserError(f"{path} is not a run: it has no {CONFIG_FILE}")
     content = files.read_json(config_path)
     try:
         return Run(path, RunConfig(**content))

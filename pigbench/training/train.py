@@ -48,7 +48,7 @@ _KEPT: Mapping[Keep, Callable[[Run], Kept]] = {
 
 @dataclass(frozen=True)
 class Schedule:
-    """How long to train, and after how many updates to log, and to evaluate and save."""
+    """How long to train, how often to log, and how often to evaluate and save, in updates."""
 
     steps: int = 100_000
     log_every: int = 500
@@ -163,7 +163,7 @@ def _best_step(run: Run) -> int:
 
 
 def _brief(outcomes: Sequence[Outcome]) -> str:
-    """What share of episodes came how far, one outcome a seed: "held 60/55 %, lifted 40/38 %"."""
+    """What share of episodes got how far, one outcome per seed: "held 60/55 %, lifted 40/38 %"."""
 
     def shares(name: str) -> str:
         return "/".join(f"{100 * outcome[name].mean():.0f}" for outcome in outcomes)
@@ -174,7 +174,7 @@ def _brief(outcomes: Sequence[Outcome]) -> str:
 def make_updates(
     agent: Agent, key: jax.Array, source: Batches, layout: Layout = ONE_DEVICE
 ) -> Updates:
-    """The updates of a seed of that `key`, or of several seeds together, (S,).
+    """The updates of the seed that has `key`, or of several seeds together, (S,).
 
     Update t of a seed draws its batch and all else from `fold_in(key, t)` alone.
     """

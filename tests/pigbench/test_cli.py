@@ -147,7 +147,8 @@ def test_table_and_plot_need_the_saved_files_only(run, tmp_path, capsys):
 
 
 WRONG = {
-    "unknown command": (["trian"], "did you mean 'train'?"),
+    "unknown command": (["trian", "gcivl"], "unknown command 'trian': did you mean 'train'?"),
+    "unknown command of two words": (["data", "inof"], "'data inof': did you mean 'data info'?"),
     "unknown environment": (
         ["generate", "cube-singel", "--out", "D"],
         "mean 'cube-single'?",

@@ -1,6 +1,7 @@
 """Methods of one's own: the example, as a file and as an installed package."""
 
 import importlib.metadata
+import json
 import os
 import re
 import shutil
@@ -83,6 +84,23 @@ def test_the_pages_package_trains_evaluates_and_is_tabled(installed, data, tmp_p
     refused = pigbench("evaluate", run)
     assert refused.returncode == 2
     assert "unknown method 'huber-bc'" in refused.stderr
+    assert "with --plugin FILE" in refused.stderr
+
+
+def test_the_pages_subclass_trains(data, tmp_path):
+    """With the weights of the page, which leave the value loss as it is."""
+    (source,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    plugin, run = tmp_path / "positive.py", tmp_path / "run"
+    plugin.write_text(source)
+    options = [word for word in SMALL if word not in ("--agent.delta", "0.2")]
+    options += ["--agent.value-hidden-sizes", "8", "--agent.rest", "0.5", "--log-every", "1"]
+    done = pigbench(
+        "train", "positive-gcivl", "--plugin", plugin, "--data", data, "--out", run, *options
+    )
+    assert done.returncode == 0, done.stderr
+    logged = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
+    assert {"value/td_loss", "actor/loss"} <= logged[0].keys()
+    assert "actor/advantage" not in logged[0]  # GCIVL's own loss has it
 
 
 def test_a_file_is_run_once(tmp_path):
@@ -96,7 +114,7 @@ def test_a_file_is_run_once(tmp_path):
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (None, r"no Python file: name an existing one"),
+        (None, r"not a Python file: name an existing one"),
         ("import nosuchmodule", r"does not load: ModuleNotFoundError: .*nosuchmodule"),
         ("def (", r"does not load: SyntaxError"),
         (

@@ -53,7 +53,7 @@ REQUIRED = {
     ),
 }
 OPTIONAL = {
-    "joint_vel": Group(_numbered("joint_vel", 6), "rad/s", -7.0, 7.0, "degrees a second"),
+    "joint_vel": Group(_numbered("joint_vel", 6), "rad/s", -7.0, 7.0, "degrees per second"),
     "gripper_contact": Group(("gripper_contact",), "0 to 1", -0.02, 1.02, "newtons or counts"),
     "target_pos": Group(("target_x", "target_y", "target_z"), "m", -2.0, 2.0, "millimetres"),
     "target_yaw": Group(("target_yaw",), "rad", -_FULL_TURN, _FULL_TURN, "degrees"),

@@ -57,4 +57,4 @@ def test_what_is_wrong_is_one_line(tmp_path):
         cwd=tmp_path,
     )
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"pigbench: {tmp_path} is no run: it has no config.json\n"
+    assert done.stderr == f"pigbench: {tmp_path} is not a run: it has no config.json\n"

@@ -68,7 +68,7 @@ def test_a_bad_manifest_is_named(tmp_path, text, message):
 
 
 def test_no_data_set(tmp_path):
-    with pytest.raises(UserError, match="is no data set"):
+    with pytest.raises(UserError, match="is not a data set"):
         manifest.read(tmp_path)
     with pytest.raises(UserError, match="does not exist"):
         manifest.read(tmp_path / "missing")

@@ -37,7 +37,7 @@ def test_a_suite_is_all_its_cells(suite):
 
 
 def test_what_is_neither_run_nor_suite_is_named(tmp_path, runs):
-    with pytest.raises(UserError, match="is no run"):
+    with pytest.raises(UserError, match="is not a run"):
         entries.read([tmp_path])
     shutil.copy(runs[0] / "config.json", runs[0] / "episodes.csv")
     with pytest.raises(UserError, match="is torn"):

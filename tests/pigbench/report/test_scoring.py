@@ -107,6 +107,6 @@ def test_what_methods_do_not_share_is_told(tmp_path, make_run):
     )
     assert scoring.differences(made, Scoring()) == [
         "last step on cube-single: 100 (crl, qrl); 200 (gcivl)",
-        "episodes of a task on cube-single: 2 (crl, qrl); 1 (gcivl)",
+        "episodes per task on cube-single: 2 (crl, qrl); 1 (gcivl)",
     ]
     assert scoring.differences(made[2:], Scoring()) == []

@@ -78,7 +78,7 @@ def test_runs_that_cannot_be_compared_are_named(tmp_path, make_run, changes, mes
 @pytest.mark.parametrize(
     ("again", "seed", "message"),
     [
-        ([[1], [1]], 7, r"episodes of a task at step 200 is \[2\] in one and \[1\] in the other"),
+        ([[1], [1]], 7, r"episodes per task at step 200 is \[2\] in one and \[1\] in the other"),
         ([[1, 1], [1, 1]], 8, r"evaluation seed at step 200 is \[7\] in one and \[8\]"),
     ],
 )

@@ -69,7 +69,7 @@ def test_the_papers_protocol_is_the_first_episodes(make_ended):
     scoring = Scoring(first_episodes=20)
     table = tables.threshold_table(results, scoring=scoring)
     assert values(table, "cube-centre hjb-gcivl")["3 cm"] == 100.0
-    assert "20 episodes of a task" in table.caption
+    assert "20 episodes per task" in table.caption
     assert values(tables.threshold_table(results), "cube-centre hjb-gcivl")["3 cm"] == 40.0
     with pytest.raises(UserError, match="first_episodes is 0"):
         Scoring(first_episodes=0)

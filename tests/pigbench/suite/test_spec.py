@@ -43,7 +43,7 @@ def test_variants_are_an_axis_and_add_to_the_overrides_of_all(suite, write):
         ("seeds = [0, 3]", "seeds = []", "seeds is empty: name at least one"),
         ("seeds = [0, 3]", "seeds = [3, 3]", "seeds names one twice: 3, 3"),
         ("seeds = [0, 3]", 'seeds = ["a"]', "seeds.0: Input should be a valid integer.*not 'a'"),
-        ("seeds = [0, 3]", "seeds = [0", "is no TOML"),
+        ("seeds = [0, 3]", "seeds = [0", "is not valid TOML"),
         ('"cube-double"', '"cube-single"', "environments names one twice"),
     ],
 )

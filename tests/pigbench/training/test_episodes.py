@@ -106,7 +106,7 @@ def test_a_bad_row_is_named_by_its_line(tmp_path, row):
     episodes.record(path, [episode(100, 1, 0)])
     lines = path.read_text().replace(",check", "").splitlines()  # as before there were checksums
     path.write_text(f"{lines[0]}\n{row}\n")
-    with pytest.raises(UserError, match="line 2 is no episode"):
+    with pytest.raises(UserError, match="line 2 is not an episode"):
         episodes.read(path)
 
 

@@ -37,7 +37,7 @@ def test_another_configuration_is_refused_with_the_field(tmp_path, config):
 def test_what_is_no_run_is_named(tmp_path):
     with pytest.raises(UserError, match="missing does not exist"):
         runs.read_run(tmp_path / "missing")
-    with pytest.raises(UserError, match=r"is no run: it has no config\.json"):
+    with pytest.raises(UserError, match=r"is not a run: it has no config\.json"):
         runs.read_run(tmp_path)
 
 

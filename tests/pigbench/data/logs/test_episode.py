@@ -109,7 +109,7 @@ BAD = {
         change("joint_pos_1", np.degrees),
         "joint_pos_1 is .*: its unit is rad; is it degr",
     ),
-    "degrees a second": (change("joint_vel_0", np.degrees), "joint_vel_0 is .* degrees a second"),
+    "degrees per second": (change("joint_vel_0", np.degrees), "joint_vel_0 is .*degrees per sec"),
     "millimetres": (change("object_y", lambda x: 1000 * x), "object_y is 420 .* is it millimetres"),
     "percent": (change("gripper_opening", lambda x: 100 * x), "gripper_opening is .* percent"),
     "quaternion": (
