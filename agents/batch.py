@@ -20,10 +20,10 @@ class GoalMixture:
     Raises `UserError` if a probability lies outside [0, 1] or the sum is not 1.
     """
 
-    current: float
-    future: float
-    random: float
-    geometric: bool
+    current: float  # share of goals that are the transition's own first state
+    future: float  # share of goals that are a later state of the same episode
+    random: float  # share of goals that are any state of the data set
+    geometric: bool  # draw the steps to a later state geometrically, by the discount, not uniformly
 
     def __post_init__(self) -> None:
         shares = (self.current, self.future, self.random)

@@ -27,17 +27,17 @@ class AgentConfig:
     Raises `UserError` if a value is out of range.
     """
 
-    learning_rate: float = 3e-4
-    batch_size: int = 1024
-    actor_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)
-    value_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)
+    learning_rate: float = 3e-4  # of Adam
+    batch_size: int = 1024  # transitions per update
+    actor_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)  # of policies
+    value_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)  # of values and critics
     layer_norm: bool = True  # layer normalisation in values and vector fields
     actor_layer_norm: bool = False  # layer normalisation in Gaussian policies
     discount: float = 0.999
     target_rate: float = 0.005  # tau: the share of the online parameters in each target update
     goals: str = "state"  # what networks see of a goal: state or cubes
-    value_goals: GoalMixture = VALUE_GOALS
-    actor_goals: GoalMixture = ACTOR_GOALS
+    value_goals: GoalMixture = VALUE_GOALS  # where the goals of values come from
+    actor_goals: GoalMixture = ACTOR_GOALS  # where the goals of policies come from
 
     def __post_init__(self) -> None:
         lookup("goals", GOALS, self.goals)

@@ -48,7 +48,7 @@ class FlowHierarchyConfig(AgentConfig):
     flow_steps: int = 10  # M: Euler steps of the flow
     candidates: int = 32  # N: subgoals drawn; the critic chooses the best
     average_rate: float = 1.0  # below 1, act with parameters averaged over about 1 / rate updates
-    low: AgentConfig = field(default_factory=GCIVLConfig)
+    low: AgentConfig = field(default_factory=GCIVLConfig)  # the low level's own
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -29,7 +29,7 @@ class GCIVLConfig(AgentConfig):
     expectile: float = 0.9  # iota, of the value loss
     temperature: float = 10.0  # alpha: actions weigh exp(alpha * advantage), at most 100
     rewards: str = "-1/0"  # before and at the goal: -1/0 or 0/1
-    regularizer: Regularizer = field(default_factory=Regularizer)
+    regularizer: Regularizer = field(default_factory=Regularizer)  # the value loss's penalty
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -30,8 +30,8 @@ class QRLConfig(AgentConfig):
     """Hyper-parameters of QRL."""
 
     quasimetric: str = "iqe"  # iqe or mrn
-    latent_size: int = 512
-    constraint: Constraint = field(default_factory=Constraint)
+    latent_size: int = 512  # of the embeddings between which distances are measured
+    constraint: Constraint = field(default_factory=Constraint)  # what distances must satisfy
     push_offset: float = 500.0  # distances beyond it are pushed less and less
     push_beta: float = 0.01  # how sharply that sets in
     actor: str = "ddpg+bc"  # ddpg+bc or awr

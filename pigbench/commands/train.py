@@ -32,8 +32,8 @@ from pigbench.training.train import Schedule, train
 class Train:
     """Train one method, with one seed or several, and evaluate it as it learns.
 
-    The --agent options and their defaults are those of the method and the preset: name both before
-    --help to see them.
+    The options of --agent are those of METHOD, with the defaults of the preset: see them with
+    `pigbench train METHOD --preset cpu --help`.
 
     If the command was cut off, run it again: it continues from the last checkpoint and ends with
     the same parameters. With more --steps, a run that has ended is trained further.

@@ -34,7 +34,7 @@ class Environment:
     name: str
     transitions: int
     steps: int
-    data: Path | None = None  # folder of the data set; by default one of the suite's own
+    data: Path | None = None  # folder of the data set; by default in the suite's own
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 
