@@ -84,7 +84,7 @@ def test_the_pages_package_trains_evaluates_and_is_tabled(installed, data, tmp_p
     refused = pigbench("evaluate", run)
     assert refused.returncode == 2
     assert "unknown method 'huber-bc'" in refused.stderr
-    assert "with --plugin FILE" in refused.stderr
+    assert "add --plugin FILE" in refused.stderr
 
 
 def test_the_pages_subclass_trains(data, tmp_path):
