@@ -76,7 +76,7 @@ class Example:
     episode_length: int = 100
     """Control steps of an episode."""
     batch_size: int = 64
-    """Stretches of ten steps in a minibatch; eight minibatches an update."""
+    """Stretches of ten steps in a minibatch; eight minibatches per update."""
     seed: int = 0
     """Seed of everything."""
 

@@ -1,4 +1,4 @@
-"""Training on a log of your own: one CSV file an episode becomes a data set, and a policy.
+"""Training on a log of your own: one CSV file per episode becomes a data set, and a policy.
 
     python examples/own_log.py --out runs/own-log
 

@@ -59,7 +59,7 @@ _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
     "evaluation": (
         "Evaluation",
         "control steps per second",
-        {**_SIMULATED, "size": "episodes a task", **_SPEED, **_MEMORY},
+        {**_SIMULATED, "size": "episodes per task", **_SPEED, **_MEMORY},
     ),
 }
 _COLORS = {"mjx-warp": styles.BLUE, "mujoco": styles.BLACK, "mjx-jax": styles.VERMILLION}

@@ -64,7 +64,7 @@ class Train:
         print(
             markdown_grid(
                 [
-                    ("method", "ms an update", f"times {reference}", "s to compile"),
+                    ("method", "ms per update", f"times {reference}", "s to compile"),
                     *(
                         (
                             name,

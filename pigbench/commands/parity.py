@@ -175,7 +175,7 @@ class ParityPolicy:
 def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Recording]:
     if episodes < 1:
         raise UserError(f"episodes is {episodes}: it must be at least 1")
-    seeds.check(seed + episodes - 1)  # one seed an episode
+    seeds.check(seed + episodes - 1)  # one seed per episode
     total = episodes * _EPISODE_LENGTH
     with Progress(f"recording {policy}", total=total, unit="control steps") as progress:
         return recording.record(

@@ -1,4 +1,4 @@
-"""Reading an offline data set: a folder with a manifest and one folder a shard."""
+"""Reading an offline data set: a folder with a manifest and one folder per shard."""
 
 import dataclasses
 import itertools

@@ -1,6 +1,6 @@
 """LeRobot's format of data sets, version 3: parquet and JSON, written with pyarrow alone.
 
-data/chunk-000/file-000.parquet           frames, a row group an episode; here a file a shard
+data/chunk-000/file-000.parquet           frames, a row group per episode; here a file per shard
 meta/info.json                            sizes, splits, and what a frame has
 meta/stats.json                           least, greatest, mean and deviation of each
 meta/tasks.parquet                        the tasks' texts: here one, since play has none

@@ -1,6 +1,6 @@
 """Minari's format of data sets, kept by Arrow: what `minari.load_dataset` reads.
 
-The folder holds Minari data sets, one a split, as `MINARI_DATASETS_PATH` does:
+The folder holds Minari data sets, one per split, as `MINARI_DATASETS_PATH` does:
 
 pigbench/cube-single-play-v0/data/metadata.json      spaces, environment, sizes
 pigbench/cube-single-play-v0/data/0/part-0.arrow     the first episode, a row a state

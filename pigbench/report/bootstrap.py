@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-Strata = Sequence[np.ndarray]  # an environment each: (..., runs, numbers a run)
+Strata = Sequence[np.ndarray]  # one per environment: (..., runs, numbers per run)
 Statistic = Callable[[Strata], np.ndarray]  # keeps the leading axes of the strata
 
 LEVEL = 95  # percent

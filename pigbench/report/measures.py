@@ -1,6 +1,6 @@
 """One number, or one curve, from all environments' runs: what Agarwal et al. 2021 recommend.
 
-Functions of strata as in `bootstrap`: one array (..., runs, numbers a run) an environment. The
+Functions of strata as in `bootstrap`: one array (..., runs, numbers per run) per environment. The
 leading axes are kept.
 """
 

@@ -66,7 +66,7 @@ def _updates(
     asked: Collection[tuple[str, str]],
     tell: Callable[[str], object],
 ) -> Mapping[tuple[str, str], float]:
-    """Seconds an update of each method and variant that is asked for."""
+    """Seconds per update of each method and variant that is asked for."""
     env = envs.make(environment.name)
     rows = training.noise(env)
     contenders = {
@@ -80,7 +80,7 @@ def _updates(
 
 
 def _step(environment: Environment, suite: Suite, tell: Callable[[str], object]) -> float:
-    """Seconds a control step of one of many simulations."""
+    """Seconds per control step of one of many simulations."""
     env = envs.make(environment.name, profile=suite.data.physics)
     simulations = env.num_tasks * suite.evaluation.episodes
     contender = simulation.steps(env, simulations, name=environment.name)

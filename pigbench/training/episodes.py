@@ -1,4 +1,4 @@
-"""The evaluation episodes of a run: `episodes.csv`, one row an episode."""
+"""The evaluation episodes of a run: `episodes.csv`, one row per episode."""
 
 import csv
 import io

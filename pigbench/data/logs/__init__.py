@@ -1,4 +1,4 @@
-"""A robot's logs: an episode a file (CSV, Parquet), or a LeRobot v3 folder, as a data set.
+"""A robot's logs: one episode per file (CSV, Parquet), or a LeRobot v3 folder, as a data set.
 
 What a table holds: `columns`. How it becomes rows: `episode`.
 """
