@@ -32,7 +32,7 @@ def choose(results: Sequence[Result]) -> list[Film]:
 def _of(result: Result) -> Iterator[Film]:
     """The run's films, as `training.films` writes them."""
     config = result.run.config
-    for path in sorted((result.run.path / "films").glob("*/*.mp4")):
+    for path in sorted(result.run.films_path.glob("*/*.mp4")):
         task, _, outcome = path.stem.rpartition("-")
         if outcome in OUTCOMES:
             label = f"{config.label}, seed {config.seed}"

@@ -90,10 +90,11 @@ def commands(folders: Sequence[Path]) -> list[Commands]:
     """The command that makes this page, and those that made what it is of, as far as is known."""
     made = [Commands("This page", [typed.command()])]
     alone = [read_run(folder) for folder in folders if not is_suite(folder)]
-    lines = [line for run in alone for line in _typed(run)]
+    typed_for = [(run, _typed(run)) for run in alone]
+    lines = [line for _, own in typed_for for line in own]
     if lines:
         made.append(Commands("Its runs", list(dict.fromkeys(lines))))
-    unknown = [str(run.path) for run in alone if not _typed(run)]
+    unknown = [str(run.path) for run, own in typed_for if not own]
     if unknown:
         made.append(Commands("Runs from before commands were kept", unknown))
     for folder in filter(is_suite, folders):

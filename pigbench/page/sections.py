@@ -44,21 +44,29 @@ def sections(
     mine = stats.grouped(done, _environment)
     going_on = stats.grouped(unfinished, _environment)
     return [
-        Section(
-            environment,
-            list(
-                _figures(mine.get(environment, []), going_on.get(environment, []), order, scoring)
-            ),
-            _tables(mine.get(environment, []), order, scoring),
-            {
-                f"{environment}-{film.task}-{film.outcome}.mp4": film
-                for film in films.choose(
-                    [*mine.get(environment, []), *going_on.get(environment, [])]
-                )
-            },
+        _section(
+            environment, mine.get(environment, []), going_on.get(environment, []), order, scoring
         )
         for environment in tables.ordered({*mine, *going_on}, order)
     ]
+
+
+def _section(
+    environment: str,
+    done: Sequence[Result],
+    unfinished: Sequence[Result],
+    order: Sequence[str],
+    scoring: Scoring,
+) -> Section:
+    return Section(
+        environment,
+        list(_figures(done, unfinished, order, scoring)),
+        _tables(done, order, scoring),
+        {
+            f"{environment}-{film.task}-{film.outcome}.mp4": film
+            for film in films.choose([*done, *unfinished])
+        },
+    )
 
 
 def _figures(

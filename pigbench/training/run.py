@@ -98,6 +98,11 @@ class Run:
         return dict(sorted((float(path.stem), path) for path in found))
 
     @property
+    def films_path(self) -> Path:
+        """Folder of films, with one folder for each step that was evaluated."""
+        return self.path / "films"
+
+    @property
     def checkpoints_path(self) -> Path:
         """The folder of checkpoints."""
         return self.path / "checkpoints"

@@ -128,7 +128,7 @@ def train(
             for run, state, saved, shown in zip(runs, states, checkpoints, trackers, strict=True):
                 outcome = evaluator(state.acting, partial(tell, "evaluating"))
                 rows = as_episodes(outcome, env, evaluation, step=step)
-                folder = run.path / "films" / f"{step:09d}"
+                folder = run.films_path / f"{step:09d}"
                 filmed = filmer(state.acting, folder, partial(tell, "filming")) if filmer else {}
                 for tracker in shown:
                     tracker.scalars(step, evaluated(rows))
