@@ -81,7 +81,7 @@ WRONG = {
     "unknown source": (["cube-singel", "--out", "x.png"], "mean 'cube-single'"),
     "unknown task": (["cube-single", "--out", "x.png", "--task", "6"], "tasks 1 to 5"),
     "film of a scene": (["cube-single", "--out", "x.mp4"], r"does not end in \.png"),
-    "no run": ([".", "--out", "x.mp4"], "no run"),
+    "no run": ([".", "--out", "x.mp4"], "is not a run"),
     "odd size": (["cube-single", "--out", "x.png", "--size.width", "63"], "even number"),
 }
 
