@@ -81,6 +81,15 @@ def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
     )
 
 
+def make_start(env: CubeEnv, evaluation: Evaluation) -> Callable[[Params], Rollout]:
+    """A function that begins the rollout on the device of the parameters.
+
+    Restored parameters are committed to theirs, and so is a rollout that they advance. If it did
+    not begin there, a second program would be compiled to advance it further.
+    """
+    return jax.jit(lambda params: begin(env, evaluation), keep_unused=True)
+
+
 def step(env: CubeEnv, agent: Agent, params: Params, rollout: Rollout) -> Rollout:
     """One control step of the episodes that are not done."""
     states = rollout.states
@@ -111,7 +120,7 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
     The rollout stops when every episode has ended.
     """
     shape = (env.num_tasks, evaluation.episodes)
-    start = jax.jit(partial(begin, env, evaluation))
+    start = make_start(env, evaluation)
 
     @jax.jit
     def advance(params: Params, rollout: Rollout, stop: int) -> Rollout:
@@ -121,7 +130,7 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
         return jax.lax.while_loop(going_on, partial(step, env, agent, params), rollout)
 
     def evaluate(params: Params, report: Report) -> Outcome:
-        rollout = start()
+        rollout = start(params)
         for stop in range(_REPORT_EVERY, env.episode_length + _REPORT_EVERY, _REPORT_EVERY):
             rollout = advance(params, rollout, min(stop, env.episode_length))
             report(int(rollout.time))

@@ -31,7 +31,7 @@ Recorder = Callable[[Params, Report], list[Recording]]
 def make_recorder(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Recorder:
     """A function that records the very episodes of `make_evaluator`, task after task."""
     chunk = min(_CHUNK, env.episode_length)
-    start = jax.jit(partial(evaluate.begin, env, evaluation))
+    start = evaluate.make_start(env, evaluation)
 
     @jax.jit
     def advance(params: Params, rollout: Rollout) -> tuple[Rollout, jax.Array]:
@@ -45,13 +45,13 @@ def make_recorder(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Recorde
 
 
 def _record(
-    start: Callable[[], Rollout],
+    start: Callable[[Params], Rollout],
     advance: Callable[[Params, Rollout], tuple[Rollout, jax.Array]],
     episode_length: int,
     params: Params,
     report: Report,
 ) -> list[Recording]:
-    rollout = start()
+    rollout = start(params)
     first = rollout.states
     chunks = [np.asarray(_qpos(first))[None]]
     while rollout.time < episode_length and not rollout.states.done.all():

@@ -1,15 +1,18 @@
 """README and documentation: what they show parses, runs and builds."""
 
+import dataclasses
+import glob
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from pigbench import cli
+from pigbench import cli, envs
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -19,19 +22,98 @@ def blocks(page: Path, language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", page.read_text(), re.DOTALL)
 
 
-def commands(page: Path) -> list[list[str]]:
-    """The arguments of every `pigbench` in the page's blocks of shell."""
+NETWORKS = "--agent.batch-size 4 --agent.actor-hidden-sizes 8"
+PICTURE = "--size.width 64 --size.height 48"
+
+SMALL = {
+    "generate": "--episodes 4 --validation-episodes 1",
+    "generate cube-double": "--episode-length 9",
+    "generate cube-corners": "--episode-length 9",
+    "train": f"--steps 2 --evaluate-every 2 --evaluation.episodes 1 {NETWORKS}",
+    "train gcivl": "--agent.value-hidden-sizes 8",
+    "train hjb-gcivl": "--agent.value-hidden-sizes 8",
+    "evaluate": "--episodes 1 --replace",
+    "analyze": "--samples 20",
+    "render": PICTURE,
+    "data render": PICTURE,
+    "parity": "--episodes 1",
+    "parity --": "--engine mujoco --physics exact",
+    "bench train": "--turns.turns 1 --turns.seconds 0.01",
+    "toy": "--seeds 1 --settings.steps 2 --settings.hidden-sizes 8",
+}
+"""What is added to commands that begin so: of two values of an option, the later one counts."""
+
+SMALL_SUITE = {
+    "[0, 1, 2]": "[0]",
+    "5_000": "2",
+    "episodes = 10": "episodes = 1",
+    "1_000_000": "2_000",
+    "20_000": "2",
+    "learning_rate = 1e-3": "batch_size = 4\nactor_hidden_sizes = [8]",
+}
+
+NEED_MORE = {
+    "data push": "the hub: see test_hub.py",
+    "data pull": "the hub: see test_hub.py",
+    "suite paper-flat --out /shared/runs/flat": "a cluster: see test_cluster.py",
+}
+
+
+def commands(page: Path) -> list[str]:
+    """Every command of pigbench in the page's blocks of shell, on one line."""
     lines = "\n".join(blocks(page, "sh")).replace("\\\n", " ").splitlines()
-    words = (shlex.split(line, comments=True) for line in lines)
-    return [line[1:] for line in words if line and line[0] == "pigbench"]
+    return [line.removeprefix("pigbench ") for line in lines if line.startswith("pigbench ")]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_commands_have_the_options_that_pages_show(page):
-    for arguments in commands(page):
-        # Those are run, in test_plugins.py and test_examples.py.
-        if "--plugin" not in arguments and "huber-bc" not in arguments:
-            cli.parse(arguments)
+def small(command: str) -> list[str]:
+    """Its arguments, as a shell would give them, and those that make it small."""
+    words = shlex.split(command, comments=True)
+    words = [file for word in words for file in sorted(glob.glob(word)) or [word]]
+    if words[0] == "suite" and words[1] != "status":
+        words[1] = "small.toml"
+    begins = " ".join(words) + " --"
+    return words + [
+        word
+        for start, more in SMALL.items()
+        if begins.startswith(start + " ")
+        for word in more.split()
+    ]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """Where a reader would be, with the files that the pages say they have."""
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    shutil.copy(ROOT / "examples" / "huber_bc.py", tmp_path)
+    (suite,) = blocks(ROOT / "docs" / "suites.md", "toml")
+    for shown, small in SMALL_SUITE.items():
+        assert shown in suite
+        suite = suite.replace(shown, small)
+    (tmp_path / "small.toml").write_text(suite)
+    monkeypatch.chdir(tmp_path)
+    for name, spec in envs.SPECS.items():
+        monkeypatch.setitem(envs.SPECS, name, dataclasses.replace(spec, episode_length=6))
+    return tmp_path
+
+
+def test_every_command_runs(folder):
+    """Small, in the order in which one reads them, in one folder."""
+    for page in PAGES:
+        for command in commands(page):
+            if not command.startswith(tuple(NEED_MORE)):
+                import time
+
+                t = time.process_time()
+                w = time.time()
+                print(page.stem, small(command))
+                cli.run(small(command))
+                print(
+                    "TIME",
+                    round(time.process_time() - t, 1),
+                    round(time.time() - w, 1),
+                    command,
+                    flush=True,
+                )
 
 
 def test_the_python_of_the_readme_trains_and_evaluates(tmp_path):

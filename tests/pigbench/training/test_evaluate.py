@@ -1,5 +1,7 @@
 """Evaluation against what its episodes must do."""
 
+import re
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 
 from pigbench import agents
 from pigbench.errors import UserError
+from pigbench.training import evaluate
 from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
 from pigbench.training.measures import MEASURES
 
@@ -46,6 +49,17 @@ def test_episodes_depend_on_seed_task_and_number_alone(env, drawn):
     ones, others = few(None, print), many(None, print)
     for name in MEASURES:
         np.testing.assert_allclose(ones[name], others[name][:, :1], rtol=1e-6)
+
+
+def test_restored_parameters_compile_nothing_twice(env, monkeypatch, caplog):
+    """They are committed to a device, as those of a first evaluation are not."""
+    monkeypatch.setattr(evaluate, "_REPORT_EVERY", 2)
+    params = jax.device_put(jnp.zeros(5), jax.devices()[0])
+    assert params.committed
+    with jax.log_compiles():
+        make_evaluator(env, Still(), Evaluation(episodes=1))(params, print)
+    compiled = re.findall(r"Finished XLA compilation of jit\((\w+)\)", caplog.text)
+    assert compiled.count("advance") == 1
 
 
 def test_no_episodes_are_refused():
