@@ -12,12 +12,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from pigbench import envs
 from pigbench.agents import FlowHierarchy, Params
 from pigbench.agents.representations import is_position
 from pigbench.analysis.modes import HOLDING, contact_modes, pinch_points
 from pigbench.data import sampler
 from pigbench.data.dataset import Split
-from pigbench.envs import CubeEnv
 from pigbench.envs.units import metres
 
 RESTING = 0.01
@@ -60,7 +60,7 @@ def draw(
 
 
 def measure(
-    env: CubeEnv, agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
+    env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
 ) -> dict[str, np.ndarray]:
     """Metres in x and y from a subgoal's pinch point to the cube, (N,): the data's, and a draw."""
     generated = jax.jit(agent.subgoals)(params, grasps.starts, grasps.goals, jax.random.key(seed))

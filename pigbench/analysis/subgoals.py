@@ -13,12 +13,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench import seeds
+from pigbench import envs, seeds
 from pigbench.agents import FlowHierarchy, Params
 from pigbench.agents.representations import is_position
 from pigbench.analysis.modes import contact_modes, pinch_points
 from pigbench.data.dataset import Split
-from pigbench.envs import CubeEnv
 from pigbench.envs.units import POSITION_SCALE
 from pigbench.errors import UserError
 
@@ -69,7 +68,7 @@ def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
 
 
 def measure(
-    env: CubeEnv, agent: FlowHierarchy, params: Params, stretches: Stretches, *, seed: int
+    env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, stretches: Stretches, *, seed: int
 ) -> tuple[np.ndarray, Mapping[str, Distances]]:
     """The contact modes (N,) of the stretches' starts, and the distances at their ends, by way."""
     starts, aims = stretches.starts, stretches.ahead[0]
@@ -91,7 +90,7 @@ def measure(
     }
 
 
-def _simulate(env: CubeEnv, way: Way, stretches: Stretches) -> np.ndarray:
+def _simulate(env: "envs.CubeEnv", way: Way, stretches: Stretches) -> np.ndarray:
     """The observations (N, o) at the stretches' ends."""
 
     @jax.jit

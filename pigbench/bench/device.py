@@ -193,7 +193,7 @@ def _profile(engine: str) -> str:
     return _PROFILES.get(engine, "exact")
 
 
-def _make(environment: str, engine: str) -> envs.CubeEnv:
+def _make(environment: str, engine: str) -> "envs.CubeEnv":
     return envs.make(environment, engine=engine, profile=_profile(engine))
 
 

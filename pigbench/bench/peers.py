@@ -6,11 +6,10 @@ from collections.abc import Iterator
 import jax
 import numpy as np
 
-from pigbench import agents
+from pigbench import agents, envs
 from pigbench.bench.timing import Contender
 from pigbench.bench.training import standard
 from pigbench.data.defaults import EPISODE_ROWS
-from pigbench.envs import CubeEnv
 from pigbench.fidelity import peer
 from pigbench.training.restore import agent_for
 
@@ -25,7 +24,7 @@ def generation(environment: str) -> Contender:
     )
 
 
-def evaluation(ours: CubeEnv, method: str, preset: str) -> Contender:
+def evaluation(ours: "envs.CubeEnv", method: str, preset: str) -> Contender:
     """Evaluation episodes of a method's fresh policy: an item is a control step."""
     env = peer.make(ours.spec.name, mode="task")
     agent = agent_for(ours, method, agents.get(method).preset(preset), standard(ours))

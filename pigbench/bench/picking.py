@@ -14,7 +14,8 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 
-from pigbench.envs import CubeEnv, control
+from pigbench import envs
+from pigbench.envs import control
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import PlayPolicy
 from pigbench.envs.physics import PhysicsState
@@ -46,7 +47,7 @@ class StepErrors(NamedTuple):
     cube: np.ndarray  # metres
 
 
-def pick_and_place(env: CubeEnv, count: int) -> Picks:
+def pick_and_place(env: "envs.CubeEnv", count: int) -> Picks:
     """The first plan of the policy `play` in so many random scenes, all at once.
 
     Cubes of a random scene may touch from the start: not every plan succeeds, in C either.
@@ -80,7 +81,7 @@ def pick_and_place(env: CubeEnv, count: int) -> Picks:
     return Picks(distances, diverged, *(array[times[some], simulations[some]] for array in way))
 
 
-def step_errors(env: CubeEnv, picks: Picks) -> StepErrors:
+def step_errors(env: "envs.CubeEnv", picks: Picks) -> StepErrors:
     """One control step from each state, here and in C."""
     begin = jax.jit(jax.vmap(env.physics.init))(picks.qpos, picks.qvel)
     here = np.asarray(jax.jit(jax.vmap(env.physics.step))(begin, picks.ctrl).qpos)

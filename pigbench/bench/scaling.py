@@ -9,7 +9,6 @@ import jax.numpy as jnp
 
 from pigbench import envs
 from pigbench.bench.timing import Timing
-from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
 from pigbench.report import canvas, styles
 
@@ -46,7 +45,7 @@ class Footprint(NamedTuple):
         return sum(self)
 
 
-def footprint(env: CubeEnv, simulations: int) -> Footprint:
+def footprint(env: "envs.CubeEnv", simulations: int) -> Footprint:
     """Of a control step of so many simulations. Compiles it, and runs nothing."""
     home = jnp.asarray(env.scene.home_qpos)
     one = jax.eval_shape(env.physics.init, home)

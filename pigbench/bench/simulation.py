@@ -11,12 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 from mujoco.batch import Batch
 
-from pigbench import agents
+from pigbench import agents, envs
 from pigbench.bench.timing import Contender
 from pigbench.bench.training import standard
 from pigbench.data import collect
 from pigbench.data.collect import Simulation
-from pigbench.envs import CubeEnv
 from pigbench.envs.control import servo_targets
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics import PhysicsState
@@ -33,7 +32,7 @@ Advance = Callable[[PhysicsState, jax.Array], object]
 """A control step of a batch's states under its controls."""
 
 
-def generation(env: CubeEnv, simulations: int, *, name: str) -> Contender:
+def generation(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
     """Play data, up to where it would be written: an item is one simulation's control step."""
     run, start = _under_way(env, simulations)
 
@@ -44,7 +43,7 @@ def generation(env: CubeEnv, simulations: int, *, name: str) -> Contender:
     return Contender(name, work, items=simulations * _CHUNK)
 
 
-def engine(env: CubeEnv, simulations: int, *, name: str) -> Contender:
+def engine(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
     """The engine alone, on the states of `generation`; items as there.
 
     In C it is MuJoCo's own batch of simulations, filled with each step's states.
@@ -71,7 +70,7 @@ def engine(env: CubeEnv, simulations: int, *, name: str) -> Contender:
     return Contender(name, work, items=simulations * _CHUNK)
 
 
-def _under_way(env: CubeEnv, simulations: int) -> tuple[Run, Simulation]:
+def _under_way(env: "envs.CubeEnv", simulations: int) -> tuple[Run, Simulation]:
     """A chunk of collecting play data, and the simulations that it begins with."""
     policy = POLICIES["play"](env.scene)
     run = jax.jit(lambda batch: collect.run(env, policy, batch, steps=_CHUNK))
@@ -82,7 +81,7 @@ def _under_way(env: CubeEnv, simulations: int) -> tuple[Run, Simulation]:
     return run, start
 
 
-def _in_c(env: CubeEnv, simulations: int) -> Advance:
+def _in_c(env: "envs.CubeEnv", simulations: int) -> Advance:
     batch = Batch(env.scene.model, simulations, len(os.sched_getaffinity(0)))
 
     def advance(states: PhysicsState, controls: jax.Array) -> None:
@@ -93,12 +92,14 @@ def _in_c(env: CubeEnv, simulations: int) -> Advance:
     return advance
 
 
-def _compiled(env: CubeEnv) -> Advance:
+def _compiled(env: "envs.CubeEnv") -> Advance:
     step = jax.jit(jax.vmap(env.physics.step))
     return lambda states, controls: jax.block_until_ready(step(states, controls))
 
 
-def evaluation(env: CubeEnv, episodes: int, method: str, preset: str, *, name: str) -> Contender:
+def evaluation(
+    env: "envs.CubeEnv", episodes: int, method: str, preset: str, *, name: str
+) -> Contender:
     """Whole evaluations of a method's fresh policy: an item is one episode's control step."""
     agent = agent_for(env, method, agents.get(method).preset(preset), standard(env))
     params = agents.create(agent, jax.random.key(0)).params
@@ -115,7 +116,7 @@ def evaluation(env: CubeEnv, episodes: int, method: str, preset: str, *, name: s
     return Contender(name, work, items=steps)
 
 
-def steps(env: CubeEnv, simulations: int, *, name: str) -> Contender:
+def steps(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
     """Control steps of tasks under random actions: an item is one simulation's."""
     key = jax.random.key(0)
     states = jax.jit(jax.vmap(env.reset))(jax.random.split(key, simulations))

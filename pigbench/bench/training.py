@@ -10,7 +10,6 @@ from pigbench.agents import AgentConfig, Statistics
 from pigbench.bench.timing import Contender
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.sampler import Rows
-from pigbench.envs import CubeEnv
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import agent_for
 from pigbench.training.train import join, make_updates
@@ -26,7 +25,13 @@ def contenders(environment: str, methods: Iterable[str], preset: str) -> list[Co
 
 
 def updates(
-    env: CubeEnv, rows: Rows, method: str, config: AgentConfig, *, seeds: int = 1, name: str = ""
+    env: "envs.CubeEnv",
+    rows: Rows,
+    method: str,
+    config: AgentConfig,
+    *,
+    seeds: int = 1,
+    name: str = "",
 ) -> Contender:
     """The updates of a method with some hyper-parameters, under its own or another name.
 
@@ -46,12 +51,12 @@ def updates(
     return Contender(name or method, work, items=seeds)
 
 
-def standard(env: CubeEnv) -> Statistics:
+def standard(env: "envs.CubeEnv") -> Statistics:
     """Statistics of observations as `noise` has them."""
     return Statistics.standard(env.observation_size)
 
 
-def noise(env: CubeEnv) -> Rows:
+def noise(env: "envs.CubeEnv") -> Rows:
     """Rows as an environment's data set has them. Their values do not matter to the time."""
     draws = np.random.default_rng(0)
     count = _EPISODES * EPISODE_ROWS

@@ -7,7 +7,6 @@ from pathlib import Path
 import tyro
 
 from pigbench import envs
-from pigbench.envs import CubeEnv
 from pigbench.envs.reality import Reality
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
@@ -60,7 +59,7 @@ class Evaluate:
                 print(f"noise of {level:g} mm")
                 self._evaluate(trained, self._noisy(trained, level), run.noise_path(level))
 
-    def _noisy(self, trained: Trained, level: float) -> CubeEnv:
+    def _noisy(self, trained: Trained, level: float) -> "envs.CubeEnv":
         """The run's environment with that noise, millimetres, of the estimated positions."""
         config, reality = trained.run.config, trained.env.reality or Reality()
         estimate = dataclasses.replace(reality.estimate, position_noise=level / 1000)
@@ -71,7 +70,7 @@ class Evaluate:
             reality=dataclasses.replace(reality, estimate=estimate),
         )
 
-    def _evaluate(self, trained: Trained, env: CubeEnv, path: Path) -> None:
+    def _evaluate(self, trained: Trained, env: "envs.CubeEnv", path: Path) -> None:
         evaluation, step = Evaluation(self.episodes, self.seed), int(trained.state.step)
         self._check_replaced(path, step=step, count=self.episodes * env.num_tasks)
         evaluate = make_evaluator(env, trained.agent, evaluation)

@@ -109,7 +109,7 @@ class Generate:
         print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
 
     @contextlib.contextmanager
-    def _source(self, env: envs.CubeEnv, spec: Spec) -> Iterator[collect.Source]:
+    def _source(self, env: "envs.CubeEnv", spec: Spec) -> Iterator[collect.Source]:
         if self.cluster.ray is None:
             yield collect.here(env, POLICIES[spec.policy](env.scene), spec)
         else:

@@ -10,11 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench import seeds
+from pigbench import envs, seeds
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.shard import DTYPES
 from pigbench.data.writer import Writer
-from pigbench.envs import CubeEnv
 from pigbench.envs.oracles import Policy
 from pigbench.envs.physics import warn_of_overflow
 from pigbench.envs.reality import World
@@ -56,7 +55,7 @@ class Simulation(NamedTuple):
 
 
 def write_missing(
-    env: CubeEnv, policy: Policy | type[Policy], spec: Spec, writer: Writer, source: Source
+    env: "envs.CubeEnv", policy: Policy | type[Policy], spec: Spec, writer: Writer, source: Source
 ) -> None:
     """Write every shard that the data set still lacks, simulated by `source`.
 
@@ -79,7 +78,7 @@ def write_missing(
             writer.write(shard, episodes.arrays, dropped=episodes.dropped)
 
 
-def here(env: CubeEnv, policy: Policy, spec: Spec) -> Source:
+def here(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Source:
     """Shards one after another, each on all cores of this machine."""
     simulate = simulator(env, policy, spec)
 
@@ -90,7 +89,7 @@ def here(env: CubeEnv, policy: Policy, spec: Spec) -> Source:
     return simulated
 
 
-def simulator(env: CubeEnv, policy: Policy, spec: Spec) -> Simulator:
+def simulator(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Simulator:
     """Simulates shards of `spec`.
 
     A shard's episodes depend on the seed, the shard's number and their place in it alone; those
@@ -127,14 +126,14 @@ def most_rows(policy: Policy | type[Policy], rows: int) -> int:
     return policy.episode_rows or rows
 
 
-def require_room(env: CubeEnv, fields: Iterable[str], rows: int, folder: Path) -> None:
+def require_room(env: "envs.CubeEnv", fields: Iterable[str], rows: int, folder: Path) -> None:
     """Raises UserError unless the disk of `folder` has room for so many rows."""
     shapes = row_shapes(env)
     row = sum(math.prod(shapes[field]) * DTYPES[field].itemsize for field in fields)
     files.require_room(folder, rows * row)
 
 
-def row_shapes(env: CubeEnv) -> dict[str, tuple[int, ...]]:
+def row_shapes(env: "envs.CubeEnv") -> dict[str, tuple[int, ...]]:
     """The shape of a row of each field."""
     return {
         "observations": (env.observation_size,),
@@ -150,7 +149,7 @@ def _chunk(rows: int) -> int:
     return max(steps for steps in range(1, _LONGEST_CHUNK + 1) if rows % steps == 0)
 
 
-def begin(env: CubeEnv, policy: Policy, key: jax.Array, vacant: jax.Array) -> Simulation:
+def begin(env: "envs.CubeEnv", policy: Policy, key: jax.Array, vacant: jax.Array) -> Simulation:
     """An episode at its start: a random scene, and the policy's first plan for it."""
     scene_key, policy_key, key = jax.random.split(key, 3)
     world = env.begin(scene_key, env.random_scene(scene_key))
@@ -159,7 +158,7 @@ def begin(env: CubeEnv, policy: Policy, key: jax.Array, vacant: jax.Array) -> Si
 
 
 def run(
-    env: CubeEnv, policy: Policy, simulations: Simulation, *, steps: int
+    env: "envs.CubeEnv", policy: Policy, simulations: Simulation, *, steps: int
 ) -> tuple[Simulation, dict[str, jax.Array]]:
     """Advance a batch of simulations; also the rows, by field, (steps, batch, ...)."""
     one = partial(step, env, policy)
@@ -167,7 +166,7 @@ def run(
 
 
 def step(
-    env: CubeEnv, policy: Policy, simulation: Simulation
+    env: "envs.CubeEnv", policy: Policy, simulation: Simulation
 ) -> tuple[Simulation, dict[str, jax.Array]]:
     """One control step; also the row of the state and action that it began with, by field."""
     key, act_key, advance_key = jax.random.split(simulation.key, 3)

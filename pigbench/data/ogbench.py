@@ -27,7 +27,6 @@ from pigbench.data import collect, shard
 from pigbench.data.dataset import Dataset, Split, sizes
 from pigbench.data.manifest import Shard, ShardRecord, Spec
 from pigbench.data.writer import Writer
-from pigbench.envs import CubeEnv
 from pigbench.errors import UserError, lookup
 from pigbench.support import files
 from pigbench.support.lock import only_writer
@@ -133,7 +132,7 @@ def _files(paths: Sequence[Path]) -> dict[str, list[Path]]:
     return {"train": train, "val": val or [pairs[0]["val"]]}
 
 
-def _open(env: CubeEnv, file: Path, progress: Progress) -> "_Source":
+def _open(env: "envs.CubeEnv", file: Path, progress: Progress) -> "_Source":
     source = _Source(file, env)
     progress.advance(1, file.name)
     return source
@@ -167,7 +166,7 @@ def _write_file(path: Path, split: Split, columns: Columns, progress: Progress) 
                     progress.advance(1, path.name)
 
 
-def _spec(env: CubeEnv, sources: Mapping[str, Sequence["_Source"]]) -> Spec:
+def _spec(env: "envs.CubeEnv", sources: Mapping[str, Sequence["_Source"]]) -> Spec:
     every = list(itertools.chain(*sources.values()))
     lengths = np.unique(np.concatenate([source.lengths for source in every]))
     return Spec(
@@ -234,7 +233,7 @@ class _Source:
     Raises UserError when it is torn, or its arrays are not of the environment's shapes.
     """
 
-    def __init__(self, path: Path, env: CubeEnv) -> None:
+    def __init__(self, path: Path, env: "envs.CubeEnv") -> None:
         self.path = path
         if not path.is_file():
             raise UserError(f"{path} does not exist")
@@ -279,7 +278,7 @@ class _Source:
         starts = range(0, len(self.lengths), _MOST_EPISODES)
         return [min(_MOST_EPISODES, len(self.lengths) - start) for start in starts]
 
-    def _check_shapes(self, env: CubeEnv) -> None:
+    def _check_shapes(self, env: "envs.CubeEnv") -> None:
         """Raises UserError unless all arrays have the environment's shapes. Reads headers alone."""
         row_shapes = collect.row_shapes(env)
         row_shapes |= {_NEXT: row_shapes["observations"], _VALIDS: ()}

@@ -7,8 +7,8 @@ import jax
 import numpy as np
 from scipy import stats
 
+from pigbench import envs
 from pigbench.agents import Agent, Params
-from pigbench.envs import CubeEnv
 from pigbench.envs.physics import PhysicsState
 from pigbench.fidelity import peer
 from pigbench.training import evaluate
@@ -33,7 +33,7 @@ class Comparison(NamedTuple):
 
 
 def simulate(
-    env: CubeEnv, agent: Agent, params: Params, evaluation: Evaluation, report: Report
+    env: "envs.CubeEnv", agent: Agent, params: Params, evaluation: Evaluation, report: Report
 ) -> Successes:
     """The evaluation's episodes in both simulators; the policy draws from the same keys in both.
 

@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import stats
 
-from pigbench import seeds
+from pigbench import envs, seeds
 from pigbench.data import collect
 from pigbench.data.collect import Simulation
-from pigbench.envs import CubeEnv, workspace
+from pigbench.envs import workspace
 from pigbench.envs.observation import cube_poses, gripper_contact
 from pigbench.envs.oracles import POLICIES, Policy
 from pigbench.envs.oracles.targets import ON_TOP_DISTANCE
@@ -116,7 +116,7 @@ def of_recording(scene: Scene, recording: Recording) -> Episode:
 
 
 def simulate(
-    env: CubeEnv, policy_name: str, *, episodes: int, steps: int, seed: int
+    env: "envs.CubeEnv", policy_name: str, *, episodes: int, steps: int, seed: int
 ) -> list[Episode]:
     """Episodes of the policy of that name in our simulation."""
     policy: Policy[Any] = lookup("policy", POLICIES, policy_name)(env.scene)

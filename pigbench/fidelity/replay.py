@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench.envs import CubeEnv
+from pigbench import envs
 from pigbench.envs.observation import (
     PAD_FORCE_SCALE,
     cube_poses,
@@ -63,7 +63,7 @@ class Outcomes(NamedTuple):
     placed_here: np.ndarray
 
 
-def windows(env: CubeEnv, recordings: Sequence[Recording]) -> Windows:
+def windows(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Windows:
     """Replays consecutive stretches of all recordings, which have no step in common."""
     places = [
         (recording, begin)
@@ -75,7 +75,7 @@ def windows(env: CubeEnv, recordings: Sequence[Recording]) -> Windows:
     return Windows(_situations(theirs), _errors(ours, theirs))
 
 
-def outcomes(env: CubeEnv, recordings: Sequence[Recording]) -> Outcomes:
+def outcomes(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Outcomes:
     """Replays whole sub-tasks; those that an episode's end cuts off are left out."""
     places, lengths = [], []
     for recording in recordings:
@@ -93,7 +93,7 @@ Places = Sequence[tuple[Recording, int]]
 """Recordings and the rows in them from which they are replayed."""
 
 
-def _replay(env: CubeEnv, places: Places, steps: int) -> Motion:
+def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
     """Our simulations, from the recorded states and under the recorded actions."""
     blank = jax.device_get(jax.jit(env.physics.init)(jnp.asarray(env.scene.home_qpos)))
     starts = [_start(blank, recording, row) for recording, row in places]

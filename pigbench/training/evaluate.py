@@ -9,9 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench import seeds
+from pigbench import envs, seeds
 from pigbench.agents import Agent, Params
-from pigbench.envs import CubeEnv, State
 from pigbench.envs.physics import PhysicsState, warn_of_overflow
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
@@ -48,14 +47,14 @@ Evaluator = Callable[[Params, Report], Outcome]
 class Rollout(NamedTuple):
     """Episodes under way, task after task; `time` () is how many steps the longest has taken."""
 
-    states: State
+    states: "envs.State"
     act_keys: jax.Array
     start: jax.Array  # (N, num_cubes, 3) metres, where the cubes began
     values: Values  # of the measures so far, (N,) each
     time: jax.Array
 
 
-def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
+def begin(env: "envs.CubeEnv", evaluation: Evaluation) -> Rollout:
     """All episodes at their start.
 
     An episode's scene and the policy's draws follow from the evaluation's seed, the task and the
@@ -81,7 +80,7 @@ def begin(env: CubeEnv, evaluation: Evaluation) -> Rollout:
     )
 
 
-def make_start(env: CubeEnv, evaluation: Evaluation) -> Callable[[Params], Rollout]:
+def make_start(env: "envs.CubeEnv", evaluation: Evaluation) -> Callable[[Params], Rollout]:
     """A function that begins the rollout on the device of the parameters.
 
     Restored parameters are committed to theirs, and so is a rollout that they advance. If it did
@@ -90,7 +89,7 @@ def make_start(env: CubeEnv, evaluation: Evaluation) -> Callable[[Params], Rollo
     return jax.jit(lambda params: begin(env, evaluation), keep_unused=True)
 
 
-def step(env: CubeEnv, agent: Agent, params: Params, rollout: Rollout) -> Rollout:
+def step(env: "envs.CubeEnv", agent: Agent, params: Params, rollout: Rollout) -> Rollout:
     """One control step of the episodes that are not done."""
     states = rollout.states
     act = jax.vmap(partial(action, agent, params), in_axes=(0, 0, 0, None))
@@ -114,7 +113,7 @@ def action(
     return agent.act(params, observation[None], goal[None], jax.random.fold_in(key, time))[0]
 
 
-def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evaluator:
+def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Evaluator:
     """A function from the agent's parameters to the outcome of its episodes.
 
     The rollout stops when every episode has ended.
@@ -142,7 +141,7 @@ def make_evaluator(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Evalua
 
 
 def as_episodes(
-    outcome: Outcome, env: CubeEnv, evaluation: Evaluation, *, step: int
+    outcome: Outcome, env: "envs.CubeEnv", evaluation: Evaluation, *, step: int
 ) -> list[Episode]:
     """The outcome as rows of `episodes.csv`, for the policy after `step` updates."""
     return [

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pigbench import envs
 from pigbench.agents import Agent, Params
-from pigbench.envs import CubeEnv
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.support import pictures
@@ -49,7 +49,7 @@ def write(
     pictures.write_mp4(path, frames(), rate=round(1 / (CONTROL_STEP * every)))
 
 
-def make_filmer(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Filmer:
+def make_filmer(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Filmer:
     """A function that films a policy's evaluation, given its parameters, into a folder.
 
     It returns the files by names such as "task1_horizontal/success".
@@ -70,7 +70,7 @@ def make_filmer(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Filmer:
     return film
 
 
-def _examples(env: CubeEnv, recordings: Iterable[Recording]) -> dict[str, Recording]:
+def _examples(env: "envs.CubeEnv", recordings: Iterable[Recording]) -> dict[str, Recording]:
     """The first success and the first failure of each task."""
     examples: dict[str, Recording] = {}
     for recording in recordings:

@@ -4,18 +4,16 @@ A measure is a small function of one simulation after a control step, folded ove
 """
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from pigbench import envs
 from pigbench.envs.contact import HOLDING_DISTANCE, TOUCHING_DISTANCE, feels
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import PhysicsState
 from pigbench.training.measures import MEASURES, Value
-
-if TYPE_CHECKING:
-    from pigbench.envs import CubeEnv, State
 
 LIFT = 0.02
 """Metres above its start from which a cube is lifted: one tipped over an edge rises by 0.8 cm, over
@@ -131,12 +129,12 @@ def advance(so_far: Values, moment: Moment, active: jax.Array) -> Values:
     }
 
 
-def cubes(env: "CubeEnv", state: "State") -> jax.Array:
+def cubes(env: "envs.CubeEnv", state: "envs.State") -> jax.Array:
     """Where the cubes of one simulation are, (num_cubes, 3) in metres."""
     return cube_poses(env.scene, _physics(state))[0]
 
 
-def moment(env: "CubeEnv", state: "State", start: jax.Array) -> Moment:
+def moment(env: "envs.CubeEnv", state: "envs.State", start: jax.Array) -> Moment:
     """One simulation as measures see it; `start` is where its cubes began."""
     physics_state = _physics(state)
     return Moment(
@@ -150,5 +148,5 @@ def moment(env: "CubeEnv", state: "State", start: jax.Array) -> Moment:
     )
 
 
-def _physics(state: "State") -> PhysicsState:
+def _physics(state: "envs.State") -> PhysicsState:
     return state.pipeline_state  # pyright: ignore[reportReturnType]

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from pigbench import envs
 from pigbench.agents import Agent, Params
-from pigbench.envs import CubeEnv, State
 from pigbench.envs.physics import PhysicsState
 from pigbench.training import evaluate
 from pigbench.training.evaluate import Evaluation, Report, Rollout
@@ -28,7 +28,7 @@ class Recording(NamedTuple):
 Recorder = Callable[[Params, Report], list[Recording]]
 
 
-def make_recorder(env: CubeEnv, agent: Agent, evaluation: Evaluation) -> Recorder:
+def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Recorder:
     """A function that records the very episodes of `make_evaluator`, task after task."""
     chunk = min(_CHUNK, env.episode_length)
     start = evaluate.make_start(env, evaluation)
@@ -72,6 +72,6 @@ def _record(
     ]
 
 
-def _qpos(states: State) -> jax.Array:
+def _qpos(states: "envs.State") -> jax.Array:
     physics_states: PhysicsState = states.pipeline_state  # pyright: ignore[reportAssignmentType]
     return physics_states.qpos

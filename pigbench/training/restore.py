@@ -8,7 +8,6 @@ import jax
 
 from pigbench import agents, envs
 from pigbench.agents import Agent, AgentConfig, Statistics, TrainState
-from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
 from pigbench.training import episodes
 from pigbench.training.checkpoints import Checkpoints
@@ -19,13 +18,13 @@ class Trained(NamedTuple):
     """A run with one of its checkpoints."""
 
     run: Run
-    env: CubeEnv
+    env: "envs.CubeEnv"
     agent: Agent
     state: TrainState
 
 
 def agent_for(
-    env: CubeEnv, method: str, config: AgentConfig, statistics: Statistics | None
+    env: "envs.CubeEnv", method: str, config: AgentConfig, statistics: Statistics | None
 ) -> Agent:
     """The agent of a method for the environment's observations and actions.
 

@@ -13,10 +13,9 @@ from typing import Any, TypeVar
 import jax
 import jax.numpy as jnp
 
-from pigbench import agents, seeds
+from pigbench import agents, envs, seeds
 from pigbench.agents import Agent, Batch, Metrics, TrainState
 from pigbench.data.sampler import Rows
-from pigbench.envs import CubeEnv
 from pigbench.errors import UserError
 from pigbench.support.progress import Progress
 from pigbench.trackers import Tracker, evaluated
@@ -73,7 +72,7 @@ def train(
     runs: Sequence[Run],
     agent: Agent,
     rows: Rows,
-    env: CubeEnv,
+    env: "envs.CubeEnv",
     *,
     schedule: Schedule,
     evaluation: Evaluation,

@@ -81,7 +81,7 @@ def small(command: str) -> list[str]:
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch) -> Path:
+def folder(drawing, tmp_path, monkeypatch) -> Path:
     """Where a reader would be, with the files that the pages say they have."""
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     shutil.copy(ROOT / "examples" / "huber_bc.py", tmp_path)
@@ -101,19 +101,7 @@ def test_every_command_runs(folder):
     for page in PAGES:
         for command in commands(page):
             if not command.startswith(tuple(NEED_MORE)):
-                import time
-
-                t = time.process_time()
-                w = time.time()
-                print(page.stem, small(command))
                 cli.run(small(command))
-                print(
-                    "TIME",
-                    round(time.process_time() - t, 1),
-                    round(time.time() - w, 1),
-                    command,
-                    flush=True,
-                )
 
 
 def test_the_python_of_the_readme_trains_and_evaluates(tmp_path):
@@ -131,6 +119,12 @@ def test_the_python_of_the_readme_trains_and_evaluates(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert 0 <= float(done.stdout.splitlines()[-1]) <= 1
+
+
+def test_the_python_of_environments_runs(drawing):
+    for script in blocks(ROOT / "docs" / "environments.md", "python"):
+        assert "64" in script
+        exec(script.replace("64", "2"), {})
 
 
 def test_the_site_builds(tmp_path):

@@ -12,12 +12,9 @@ GOAL = np.array([[0.4, -0.15, 0.02], [0.4, 0.15, 0.06]])
 
 
 @pytest.fixture(scope="module")
-def renderer():
-    try:
-        with Renderer(2, width=320, height=240) as renderer:
-            yield renderer
-    except UserError as error:
-        pytest.skip(str(error))
+def renderer(drawing):
+    with Renderer(2, width=320, height=240) as renderer:
+        yield renderer
 
 
 def test_same_state_same_picture(renderer, scene):

@@ -111,7 +111,7 @@ def _splits(episodes: Sequence[LoggedEpisode]) -> dict[str, list[LoggedEpisode]]
     return {"train": train, "val": list(episodes[_EVERY - 1 :: _EVERY])}
 
 
-def _rows(env: envs.CubeEnv, episodes: list[LoggedEpisode]) -> dict[str, np.ndarray]:
+def _rows(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> dict[str, np.ndarray]:
     lengths = [len(one.actions) for one in episodes]
     ends = np.cumsum(lengths) - 1
     return {

@@ -12,8 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pigbench import envs
 from pigbench.data.logs.columns import TARGETS, Table, groups
-from pigbench.envs import CubeEnv, robot, servo
+from pigbench.envs import robot, servo
 from pigbench.envs.control import ACTION_SCALE
 from pigbench.envs.observation import PAD_FORCE_SCALE
 from pigbench.envs.physics import PhysicsState
@@ -98,7 +99,7 @@ def prepare(name: str, table: Table) -> LoggedEpisode:
     )
 
 
-def observe(env: CubeEnv, episodes: list[LoggedEpisode]) -> np.ndarray:
+def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> np.ndarray:
     """The environment's observations of all steps, one episode after the other, (rows, o)."""
 
     def joined(field: str) -> jax.Array:

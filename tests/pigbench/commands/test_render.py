@@ -11,20 +11,9 @@ from pigbench import cli, envs
 from pigbench.commands import render
 from pigbench.data import dataset
 from pigbench.data.writer import Writer
-from pigbench.envs.rendering import Renderer
 from pigbench.errors import UserError
 
 SMALL = ["--size.width", "64", "--size.height", "48"]
-
-
-@pytest.fixture(scope="module")
-def drawing():
-    """Skips where nothing can be drawn."""
-    try:
-        with Renderer(1, width=64, height=48):
-            pass
-    except UserError as error:
-        pytest.skip(str(error))
 
 
 @pytest.fixture

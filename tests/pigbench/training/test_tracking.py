@@ -3,13 +3,10 @@
 from typing import ClassVar
 
 import numpy as np
-import pytest
 
 from pigbench import agents
 from pigbench.agents import Statistics
 from pigbench.data.sampler import Rows
-from pigbench.envs.rendering import Renderer
-from pigbench.errors import UserError
 from pigbench.page.films import choose
 from pigbench.report.stats import Result
 from pigbench.trackers import Tracker
@@ -27,17 +24,6 @@ class Told(Tracker):
 
     def film(self, step, name, path):
         self.calls.append((step, name, path))
-
-
-@pytest.fixture(scope="module")
-def drawing():
-    """Skips where nothing can be drawn."""
-    pytest.importorskip("av")
-    try:
-        with Renderer(1, width=64, height=48):
-            pass
-    except UserError as error:
-        pytest.skip(str(error))
 
 
 def test_metrics_success_rates_and_films_are_shown(drawing, env, tmp_path, config):
