@@ -29,7 +29,7 @@ class PolicyAgent(Agent[Config]):
         return Policy(config.actor_hidden_sizes, self.action_size, config.actor_layer_norm)
 
     def init_policy(self, key: jax.Array) -> Any:
-        """Fresh parameters of the policy."""
+        """Initial parameters of the policy."""
         states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         return self.policy.init(key, observations=states, goals=goals)
 

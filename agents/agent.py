@@ -88,8 +88,9 @@ class Agent(abc.ABC, Generic[Config]):
         self.units = units
         if config.goals not in self.goals:
             raise UserError(
-                f"goals is {config.goals!r}: {type(self).__name__} knows {', '.join(self.goals)} "
-                "alone (an agent whose loss and act pass goals to as_goals names others in `goals`)"
+                f"goals is {config.goals!r}: {type(self).__name__} supports only "
+                f"{', '.join(self.goals)} (if its loss and act pass goals to as_goals, list others "
+                "in its `goals`)"
             )
         self._represent_goals = None  # goals are passed on unchanged, whatever the layout
         if config.goals != "state":
@@ -141,7 +142,7 @@ class Agent(abc.ABC, Generic[Config]):
 
         Raises `UserError` if the method learns no state value.
         """
-        raise UserError("this method learns no value V(s, g): choose a run of another")
+        raise UserError("this method learns no value V(s, g): choose a run of another method")
 
     @abc.abstractmethod
     def act(

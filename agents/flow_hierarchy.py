@@ -60,7 +60,7 @@ class FlowHierarchyConfig(AgentConfig):
         unchanged = type(self.low)()
         for name in DECIDED_ABOVE:
             if getattr(self.low, name) != getattr(unchanged, name):
-                raise UserError(f"low.{name} has no effect: the hierarchy decides it, leave it out")
+                raise UserError(f"low.{name} has no effect: leave it out, the hierarchy sets it")
 
     @property
     def low_discount(self) -> float:

@@ -103,7 +103,7 @@ def get(name: str) -> Method:
     """The method called `name`; `UserError` that suggests the closest name if there is none."""
     if name not in _METHODS:
         error = unknown_name("method", name, _METHODS)
-        raise UserError(f"{error} (for one of your own, add --plugin FILE)")
+        raise UserError(f"{error} (for a method of your own, add --plugin FILE)")
     return _METHODS[name]
 
 

@@ -10,7 +10,7 @@ from pigbench.errors import UserError
 DEVIATION_FLOOR = 0.02
 """The smallest deviation to divide by: a coordinate that hardly moves is noise, not signal."""
 
-_ROWS = 1_000_000  # read at most; more rows change the statistics by less than three digits
+_ROWS = 1_000_000  # read at most; the statistics of more rows are the same to three digits
 
 
 class Table(Protocol):

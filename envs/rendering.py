@@ -88,7 +88,7 @@ def _opengl(width: int, height: int) -> Any:
     # The type of the exception depends on the driver.
     except Exception as error:
         raise UserError(
-            f"nothing can be drawn here with OpenGL by {name} ({error}); set MUJOCO_GL to another "
+            f"nothing can be drawn here with OpenGL by {name} ({error}): set MUJOCO_GL to another "
             f"of {', '.join(opengl.LIBRARIES)}"
         ) from error
     return context

@@ -10,8 +10,8 @@ import numpy as np
 
 from pigbench.envs.scene import CUBE_HALF_SIZE
 
-SUCCESS_DISTANCE = 0.04  # metres between a cube and its target
-START_JITTER = 0.01  # metres by which start positions are shifted in x and y
+SUCCESS_DISTANCE = 0.04  # metres from its target within which a cube is placed
+START_JITTER = 0.01  # metres by which start positions are shifted at most in x and y
 
 Place = tuple[float, ...]  # (x, y) on the floor, or (x, y, level)
 

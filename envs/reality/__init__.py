@@ -69,7 +69,7 @@ class Senses:
     key: jax.Array  # as raw numbers, because Brax's wrappers and others expect such arrays
     time: jax.Array  # () control steps, folded into the key for the next draws
     track: estimate.Track
-    actions: jax.Array  # (action_delay, 5), asked for and not yet executed
+    actions: jax.Array  # (action_delay, 5), requested and not yet executed
 
 
 @struct.dataclass
@@ -94,7 +94,7 @@ def begin(key: jax.Array, reality: Reality, scene: Scene, physics: PhysicsState)
 
 
 def act(senses: Senses, action: jax.Array) -> tuple[Senses, jax.Array]:
-    """The senses after `action` (5,) is asked for, and the action (5,) that is executed now."""
+    """The senses after `action` (5,) is requested, and the action (5,) that is executed now."""
     actions, due = delay.push(senses.actions, action)
     return replace(senses, actions=actions), due
 
