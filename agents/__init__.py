@@ -1,6 +1,6 @@
-"""Offline goal-conditioned agents: losses, regularisers, networks, and the methods made of them.
+"""Offline goal-conditioned agents: losses, regularisers, networks, and the methods built from them.
 
-The names of methods are known without JAX; what `exports` names is imported when it is asked for.
+Method names are available without importing JAX; the names in `exports` are imported on first use.
 """
 
 import importlib
@@ -16,6 +16,6 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     if name.startswith("__") or importlib.util.find_spec(f"{__name__}.{name}"):
-        # A module of this package is not imported by asking for it here.
+        # Submodules must be imported explicitly.
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.exports"), name)

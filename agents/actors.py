@@ -1,7 +1,7 @@
-"""Agents that act by one Gaussian policy, and the losses that train such a policy.
+"""Agents that act with a single Gaussian policy, and the losses that train it.
 
-The policy is pi(a | s, g) = N(mean(s, g), I); every loss sees its means on a batch, (B, a), beside
-the batch's own actions, and returns a scalar with metrics.
+The policy is pi(a | s, g) = N(mean(s, g), I). Every loss takes its means on a batch, (B, a), and
+the batch's actions, and returns a scalar and metrics.
 """
 
 from collections.abc import Callable
@@ -18,30 +18,30 @@ from pigbench.agents.representations import GOALS
 
 
 class PolicyAgent(Agent[Config]):
-    """An agent that acts by the mean of one policy, whose parameters are named "policy"."""
+    """An agent that acts with the mean of one policy, whose parameters are named "policy"."""
 
     goals = tuple(GOALS)
 
     @cached_property
     def policy(self) -> Policy:
-        """The network of the policy's mean."""
+        """The network that outputs the policy's mean."""
         config = self.config
         return Policy(config.actor_hidden_sizes, self.action_size, config.actor_layer_norm)
 
     def init_policy(self, key: jax.Array) -> Any:
-        """Fresh parameters of the policy."""
+        """Initial parameters of the policy."""
         states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         return self.policy.init(key, observations=states, goals=goals)
 
     def means(self, params: Params, observations: jax.Array, goals: jax.Array) -> Any:
-        """The policy's mean actions, (B, a), not clipped."""
+        """The policy's mean actions, (B, a), unclipped."""
         goals = self.as_goals(goals)
         return self.policy.apply(params["policy"], observations=observations, goals=goals)
 
     def act(
         self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The policy's mean, clipped to [-1, 1]. Draws nothing from `key`."""
+        """The policy's mean, clipped to [-1, 1]. `key` is unused."""
         return jnp.clip(self.means(params, observations, goals), -1, 1)
 
 
@@ -54,7 +54,7 @@ def clone(means: jax.Array, actions: jax.Array) -> tuple[jax.Array, Metrics]:
 def awr(
     means: jax.Array, actions: jax.Array, advantages: jax.Array, *, temperature: float
 ) -> tuple[jax.Array, Metrics]:
-    """Advantage-weighted regression; `advantages` (B,) are those of `actions`."""
+    """Advantage-weighted regression; `advantages` (B,) belong to `actions`."""
     log_probs = losses.unit_gaussian_log_prob(actions, means)
     loss = losses.awr(advantages, log_probs, temperature=temperature).mean()
     return loss, _metrics(loss, means, actions) | {"actor/advantage": advantages.mean()}
@@ -67,10 +67,10 @@ def ddpg_bc(
     *,
     bc_weight: float,
 ) -> tuple[jax.Array, Metrics]:
-    """DDPG+BC: the policy climbs `critic`, (B, a) to (B,), and clones the batch's actions.
+    """DDPG+BC: the policy maximises `critic`, (B, a) to (B,), and clones the batch's actions.
 
     The critic's values are divided by their mean magnitude, so that `bc_weight` has the same
-    meaning at any scale (Fujimoto and Gu, 2021). Its own parameters should carry no gradient.
+    meaning at any scale (Fujimoto and Gu, 2021). `critic` should stop gradients to its parameters.
     """
     values = critic(jnp.clip(means, -1, 1))
     scale = jax.lax.stop_gradient(jnp.abs(values).mean() + 1e-6)

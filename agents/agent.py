@@ -1,4 +1,4 @@
-"""What an agent is: a definition without state. Parameters come in and go out as pytrees."""
+"""The interface of agents: stateless definitions that take and return parameters as pytrees."""
 
 import abc
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from pigbench.agents.representations import GOALS, Representation
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
 
-Params = dict[str, Any]  # network name -> its parameters
+Params = dict[str, Any]  # network name -> parameters
 Metrics = dict[str, jax.Array]  # "<part>/<quantity>" -> scalar
 
 Config = TypeVar("Config", bound=AgentConfig)
@@ -24,13 +24,13 @@ T = TypeVar("T")
 
 
 def combine(*parts: tuple[jax.Array, Metrics]) -> tuple[jax.Array, Metrics]:
-    """The sum of the parts' losses, and the metrics of all."""
+    """The sum of the parts' losses, and all their metrics."""
     metrics = {name: value for _, part in parts for name, value in part.items()}
     return jnp.stack([loss for loss, _ in parts]).sum(), metrics
 
 
 def describe(part: str, values: jax.Array) -> Metrics:
-    """Mean, least and greatest of `values`, as metrics of `part`."""
+    """The mean, minimum and maximum of `values`, as metrics of `part`."""
     return {
         f"{part}/mean": values.mean(),
         f"{part}/min": values.min(),
@@ -39,12 +39,12 @@ def describe(part: str, values: jax.Array) -> Metrics:
 
 
 def add_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
-    """`entries` under longer names: those of one level of a hierarchy among the other's."""
+    """`entries` with `prefix` added to every name, to tell the levels of a hierarchy apart."""
     return {prefix + name: entry for name, entry in entries.items()}
 
 
 def take_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
-    """What `add_prefix` was given."""
+    """The inverse of `add_prefix`: the entries with this prefix, without it."""
     return {
         name.removeprefix(prefix): entry
         for name, entry in entries.items()
@@ -55,20 +55,20 @@ def take_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
 class Agent(abc.ABC, Generic[Config]):
     """Networks, loss terms and goal mixture of one method, for one observation and action space.
 
-    `layout` names the slices of an observation, in order: an agent that treats some coordinates
-    apart finds them there by name. `statistics` are those of its observations in the data, and
-    `units` tells what a unit of each coordinate is in the environment's own, (observation_size,).
+    `layout` names the slices of an observation, in order, so that an agent can look up coordinates
+    by name. `statistics` are those of the agent's observations in the data, and `units` is the size
+    of one unit of each coordinate in the environment's own units, (observation_size,).
     All methods are pure and work under `jit`, `vmap` and `scan`.
     """
 
     target_networks: tuple[str, ...] = ()
-    """The networks that have a slowly averaged copy, given to `loss` as `target_params`."""
+    """The networks that have a slowly averaged copy, passed to `loss` as `target_params`."""
 
     average_rate: float = 1.0
-    """The share of an update's parameters in the average that acts; at 1 the last ones act."""
+    """The weight of new parameters in the average that acts; at 1, the latest ones act."""
 
     goals: tuple[str, ...] = ("state",)
-    """What its networks can be told of a goal, of `GOALS`: others than states need `as_goals`."""
+    """The keys of `GOALS` that the agent supports; all but "state" require `as_goals`."""
 
     def __init__(
         self,
@@ -88,38 +88,39 @@ class Agent(abc.ABC, Generic[Config]):
         self.units = units
         if config.goals not in self.goals:
             raise UserError(
-                f"goals is {config.goals!r}: {type(self).__name__} knows {', '.join(self.goals)} "
-                "alone (an agent whose loss and act pass goals to as_goals names others in `goals`)"
+                f"goals is {config.goals!r}: {type(self).__name__} supports only "
+                f"{', '.join(self.goals)} (if its loss and act pass goals to as_goals, list others "
+                "in its `goals`)"
             )
-        self._represent_goals = None  # as they are, whatever the layout names
+        self._represent_goals = None  # goals are passed on unchanged, whatever the layout
         if config.goals != "state":
             self._represent_goals = Representation(config.goals, layout, table=GOALS)
 
     @property
     def goal_size(self) -> int:
-        """Numbers that networks see of a goal."""
+        """The length of a goal as networks see it."""
         return self._represent_goals.size if self._represent_goals else self.observation_size
 
     def as_goals(self, states: jax.Array) -> jax.Array:
-        """What networks see of goals, which are states elsewhere: (..., o) to (..., goal_size)."""
+        """Goals as networks see them, from goal states: (..., o) to (..., goal_size)."""
         return self._represent_goals(states) if self._represent_goals else states
 
     def direction(self, name: str) -> Direction:
-        """The direction of motion of that name in this agent's coordinates."""
+        """The direction of motion called `name`, in this agent's coordinates."""
         return directions.make(name, Coordinates(self.layout, self.statistics, self.units))
 
     @property
     def motion_in(self) -> str:
-        """What motion is measured in where a residual looks along it, of `DIRECTIONS`."""
+        """The key of `DIRECTIONS` that the agent's residuals measure motion in."""
         return "own"
 
     def motion(self, states: jax.Array, next_states: jax.Array, *, epsilon: float) -> jax.Array:
-        """u of a step, in observations, as this agent's residuals take it: (B, o) to (B, o)."""
+        """The direction u of a step that the agent's residuals use, in observations, (B, o)."""
         return self.direction(self.motion_in)(states, next_states, epsilon=epsilon)
 
     @property
     def sampling(self) -> Sampling:
-        """How this agent's batches are to be drawn."""
+        """How this agent wants its batches drawn."""
         return Sampling(
             value_goals=self.config.value_goals,
             actor_goals=self.config.actor_goals,
@@ -128,7 +129,7 @@ class Agent(abc.ABC, Generic[Config]):
 
     @abc.abstractmethod
     def init(self, key: jax.Array) -> Params:
-        """Fresh parameters of every network that the optimiser trains."""
+        """Initial parameters of every network that the optimiser trains."""
 
     @abc.abstractmethod
     def loss(
@@ -139,9 +140,9 @@ class Agent(abc.ABC, Generic[Config]):
     def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
         """V(s, g): (B, o) and (B, o) to (B,).
 
-        Raises `UserError` if the method learns no such value.
+        Raises `UserError` if the method learns no state value.
         """
-        raise UserError("this method learns no value V(s, g): choose a run of another")
+        raise UserError("this method learns no value V(s, g): choose a run of another method")
 
     @abc.abstractmethod
     def act(

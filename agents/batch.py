@@ -1,4 +1,4 @@
-"""What a training step sees: transitions with relabelled goals, and how they are drawn."""
+"""The input of a training step: transitions with relabelled goals, and how they are drawn."""
 
 import math
 from dataclasses import dataclass
@@ -13,17 +13,18 @@ from pigbench.errors import UserError
 class GoalMixture:
     """Where the goal of a transition comes from: three probabilities that sum to 1.
 
-    `current` is the transition's own first state, `future` a later state of its episode, `random`
-    any state of the data set. With `geometric`, the steps to a future goal are geometric with the
-    discount, clipped at the episode's end; otherwise uniform over the rest of the episode.
+    `current` is the transition's own first state, `future` a later state of its episode, and
+    `random` any state of the data set. With `geometric`, the number of steps to a future goal is
+    geometric in the discount, clipped at the end of the episode; otherwise it is uniform over the
+    rest of the episode.
 
-    Raises `UserError` if a probability lies outside [0, 1] or the sum is not 1.
+    Raises `UserError` if a probability is outside [0, 1] or the sum is not 1.
     """
 
     current: float  # share of goals that are the transition's own first state
     future: float  # share of goals that are a later state of the same episode
     random: float  # share of goals that are any state of the data set
-    geometric: bool  # draw the steps to a later state geometrically, by the discount, not uniformly
+    geometric: bool  # draw the steps to a later state geometrically (discount), not uniformly
 
     def __post_init__(self) -> None:
         shares = (self.current, self.future, self.random)
@@ -36,7 +37,7 @@ class GoalMixture:
 
 @dataclass(frozen=True)
 class SubgoalSampling:
-    """How a hierarchy wants its `Subgoals`: K = `steps`, and how the low level's goals lie."""
+    """How a hierarchy wants its `Subgoals` drawn: K = `steps`, and the low level's value goals."""
 
     steps: int
     low_value_goals: GoalMixture
@@ -45,7 +46,7 @@ class SubgoalSampling:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How an agent wants its batches drawn; `discount` sets the reach of geometric future goals."""
+    """How an agent wants its batches drawn; `discount` is that of geometric future goals."""
 
     value_goals: GoalMixture
     actor_goals: GoalMixture
@@ -55,24 +56,24 @@ class Sampling:
 
 @struct.dataclass
 class Subgoals:
-    """What a hierarchy needs besides, for the same B transitions.
+    """What a hierarchy also needs, for the same B transitions.
 
-    A subgoal is the state K steps after a transition's first, or the episode's last state or the
-    goal where that comes sooner.
+    A subgoal is the state K steps after the transition's first state, or the goal or the episode's
+    last state if that comes sooner.
     """
 
-    value_subgoals: jax.Array  # (B, observation_size), on the way to the value goals
+    value_subgoals: jax.Array  # (B, observation_size), towards the value goals
     value_steps: jax.Array  # (B,) int32: steps to the value subgoals
     value_success: jax.Array  # (B,) float32: 1 where the subgoal is itself the value goal, else 0
-    actor_subgoals: jax.Array  # (B, observation_size), on the way to the actor goals
+    actor_subgoals: jax.Array  # (B, observation_size), towards the actor goals
     low_value_goals: jax.Array  # (B, observation_size)
-    low_value_success: jax.Array  # (B,) float32: as `Batch.value_success`, of the low level's goals
-    low_actor_goals: jax.Array  # (B, observation_size), K steps on or the episode's last
+    low_value_success: jax.Array  # (B,) float32: `Batch.value_success` for the low level's goals
+    low_actor_goals: jax.Array  # (B, observation_size), K steps ahead or the episode's last
 
 
 @struct.dataclass
 class Batch:
-    """B transitions, with a goal each for the value and for the actor."""
+    """B transitions, each with a goal for the value and a goal for the actor."""
 
     observations: jax.Array  # (B, observation_size)
     actions: jax.Array  # (B, action_size)
@@ -82,4 +83,4 @@ class Batch:
         jax.Array
     )  # (B,) float32: 1 where the first state is itself the value goal, else 0
     actor_goals: jax.Array  # (B, observation_size)
-    subgoals: Subgoals | None = None  # where the agent's `Sampling` asks for them
+    subgoals: Subgoals | None = None  # present if the agent's `Sampling` asks for them

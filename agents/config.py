@@ -1,4 +1,4 @@
-"""The fields that every agent's configuration has, and how a configuration rejects a bad value."""
+"""The fields common to all agents' configurations, and the check of a field's value."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ ACTOR_GOALS = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=False)
 
 
 def require(config: object, holds: Callable[[Any], bool], rule: str, *fields: str) -> None:
-    """Raise `UserError` naming the first of `fields` whose value does not satisfy `holds`."""
+    """Raise `UserError` for the first of `fields` whose value does not satisfy `holds`."""
     for field in fields:
         value = getattr(config, field)
         if not holds(value):
@@ -22,22 +22,22 @@ def require(config: object, holds: Callable[[Any], bool], rule: str, *fields: st
 
 @dataclass(frozen=True)
 class AgentConfig:
-    """Hyper-parameters that all methods share; defaults are the paper's table.
+    """Hyperparameters that all methods share; the defaults are those of the paper's table.
 
     Raises `UserError` if a value is out of range.
     """
 
     learning_rate: float = 3e-4  # of Adam
     batch_size: int = 1024  # transitions per update
-    actor_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)  # of policies
-    value_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)  # of values and critics
+    actor_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)  # layers of policies
+    value_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)  # layers of values and critics
     layer_norm: bool = True  # layer normalisation in values and vector fields
     actor_layer_norm: bool = False  # layer normalisation in Gaussian policies
     discount: float = 0.999
-    target_rate: float = 0.005  # tau: the share of the online parameters in each target update
+    target_rate: float = 0.005  # tau: the weight of the online parameters in each target update
     goals: str = "state"  # what networks see of a goal: state or cubes
-    value_goals: GoalMixture = VALUE_GOALS  # where the goals of values come from
-    actor_goals: GoalMixture = ACTOR_GOALS  # where the goals of policies come from
+    value_goals: GoalMixture = VALUE_GOALS  # where goals for values come from
+    actor_goals: GoalMixture = ACTOR_GOALS  # where goals for policies come from
 
     def __post_init__(self) -> None:
         lookup("goals", GOALS, self.goals)

@@ -1,6 +1,6 @@
-"""What keeps QRL's distances from growing without bound: a violation, held at a margin by a dual.
+"""Constraints that bound QRL's distances: a dual variable holds the mean violation at a margin.
 
-Violations are squares, one an example; see `losses.lagrangian` for the dual variable.
+Violations are squared, one per example; `losses.lagrangian` has the dual variable.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,15 +17,15 @@ from pigbench.errors import lookup
 
 @dataclass(frozen=True)
 class Constraint:
-    """Which violation is to stay at or below `margin`, in the mean, and its constants.
+    """The violation whose mean must not exceed `margin`, and its constants.
 
-    Raises `UserError` if `kind` is none of `VIOLATIONS` or a constant is out of range.
+    Raises `UserError` if `kind` is not in `VIOLATIONS` or a constant is out of range.
     """
 
     kind: str = "transition"  # transition, eikonal or hjb
-    margin: float = 0.05  # the mean violation that is allowed
+    margin: float = 0.05  # the mean violation allowed
     speed: float = 1.0  # S(s) of the Eikonal equation, the same in all states
-    epsilon: float = 1e-6  # of the HJB direction: keeps it finite where nothing moves
+    epsilon: float = 1e-6  # of the HJB direction, to keep it finite where nothing moves
     direction: str = "own"  # of HJB: own, raw, standardized or positions
 
     def __post_init__(self) -> None:
@@ -44,20 +44,20 @@ class Constraint:
     ) -> jax.Array:
         """The violations, (B,). `value` is -d(., g); `step_distances` are d(s, s'), (B,).
 
-        `direction` is what the agent's own coordinates make of the one named here.
+        `direction` is the field of that name as resolved in the agent's coordinates.
         """
         return VIOLATIONS[self.kind](self, value, states, next_states, step_distances, direction)
 
 
 def step_violation(step_distances: jax.Array) -> jax.Array:
-    """relu(d(s, s') - 1)^2: a step costs 1, so two states a step apart are at most 1 apart."""
+    """relu(d(s, s') - 1)^2: a step costs 1, so consecutive states are at most 1 apart."""
     return losses.hinge(step_distances - 1)
 
 
 def eikonal_violation(
     value: ValueFunction, states: jax.Array, *, speed: jax.Array | float
 ) -> jax.Array:
-    """relu(||grad_s d|| S(s) - 1)^2: only a gradient above the Eikonal equation's is held down."""
+    """relu(||grad_s d|| S(s) - 1)^2: penalises gradients larger than the Eikonal equation's."""
     _, norms = gradient_norm(value, states)
     return losses.hinge(norms * speed - 1)
 
@@ -74,4 +74,4 @@ VIOLATIONS: Mapping[
         value, states, next_states, epsilon=constants.epsilon, direction=direction
     )[1],
 }
-"""Violations by name. A new one is a function above and a row here."""
+"""Violations by name. To add one, write a function above and add a row here."""

@@ -1,8 +1,8 @@
 """CRL: contrastive reinforcement learning with a DDPG+BC actor.
 
-The critic's logit says how likely a goal is to be reached after (s, a), rather than after another
-pair of the batch (Eysenbach et al., 2022, "Contrastive Learning as Goal-Conditioned Reinforcement
-Learning"); the actor's weight is OGBench's for the cubes.
+The critic is trained to tell the goal reached after (s, a) from the goals of the other pairs in the
+batch (Eysenbach et al., 2022, "Contrastive Learning as Goal-Conditioned Reinforcement Learning").
+The actor's BC weight is OGBench's for the cube environments.
 """
 
 from dataclasses import dataclass
@@ -25,10 +25,10 @@ GEOMETRIC_FUTURE = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=Tr
 
 @dataclass(frozen=True)
 class CRLConfig(AgentConfig):
-    """Hyper-parameters of CRL."""
+    """Hyperparameters of CRL."""
 
     bc_weight: float = 3.0  # alpha of DDPG+BC
-    latent_size: int = 512  # of both embeddings
+    latent_size: int = 512  # size of both embeddings
     value_goals: GoalMixture = GEOMETRIC_FUTURE
 
     def __post_init__(self) -> None:
@@ -49,7 +49,7 @@ class CRL(PolicyAgent[CRLConfig]):
         return BilinearCritic(config.value_hidden_sizes, config.latent_size, config.layer_norm)
 
     def init(self, key: jax.Array) -> Params:
-        """Parameters of "critic" (two members, stacked) and of "policy"."""
+        """Parameters of "critic" (two members, stacked) and "policy"."""
         critic_key, policy_key = jax.random.split(key)
         states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         actions = jnp.zeros((1, self.action_size))
@@ -68,11 +68,11 @@ class CRL(PolicyAgent[CRLConfig]):
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
-        """Critic loss plus actor loss; they train disjoint networks. Draws nothing from `key`."""
+        """Critic loss plus actor loss, which train disjoint networks. `key` is unused."""
         return combine(self._critic_loss(params, batch), self._actor_loss(params, batch))
 
     def _critic_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
-        """Each row's own goal against those of all other rows, by binary cross-entropy."""
+        """Binary cross-entropy that tells each row's own goal from those of all other rows."""
         phi, psi = self._embed(params["critic"], batch.actions, batch, batch.value_goals)
         logits = jnp.einsum("eik,ejk->eij", phi, psi)
         own = jnp.eye(logits.shape[-1])

@@ -1,7 +1,8 @@
-"""Which way a state moves, for residuals that look along observed motion (the paper's Eq. HJB).
+"""Directions of motion, for residuals along observed transitions.
 
-The direction is u = dx / (||dx|| + epsilon). What counts as motion, and in what its length is
-measured, is a choice: joint velocities, for one, make most of a squared displacement.
+The direction is u = dx / (||dx|| + epsilon), as in "Contact-aware physics-informed value learning"
+in the paper. Which coordinates count as motion, and in which units its length is measured, is a
+choice: joint velocities, for example, account for most of a squared displacement.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,20 +17,20 @@ from pigbench.errors import lookup
 
 
 class Motion(Protocol):
-    """Which way states move."""
+    """A function that gives the direction in which states move."""
 
     def __call__(
         self, states: jax.Array, next_states: jax.Array, /, *, epsilon: float
     ) -> jax.Array:
-        """u, 0 where nothing moves: (B, n) and (B, n) to (B, n)."""
+        """u, which is 0 where nothing moves: (B, n) and (B, n) to (B, n)."""
         ...
 
 
 class Direction(NamedTuple):
-    """u of a displacement: of the coordinates that are `moving`, each as long as `units` say."""
+    """u of a displacement in the `moving` coordinates, with its length measured in `units`."""
 
     moving: np.ndarray | float = 1.0  # (n,): 1 where a coordinate counts as motion, else 0
-    units: np.ndarray | float = 1.0  # (n,): the length of a coordinate's unit
+    units: np.ndarray | float = 1.0  # (n,): the length of one unit of each coordinate
 
     def __call__(self, states: jax.Array, next_states: jax.Array, *, epsilon: float) -> jax.Array:
         """(..., n) and (..., n) to (..., n); 0 where nothing moves."""
@@ -38,9 +39,9 @@ class Direction(NamedTuple):
 
 
 class Coordinates(NamedTuple):
-    """What an agent sees of a state.
+    """The coordinates in which an agent sees a state.
 
-    `statistics` are in its own coordinates; a unit of these is `units` of the observation's, (n,).
+    `statistics` are in these coordinates; one unit of them is `units` (n,) of the observation's.
     """
 
     layout: Mapping[str, slice]
@@ -68,10 +69,10 @@ DIRECTIONS: Mapping[str, Callable[[Coordinates], Direction]] = {
     "standardized": _standardized,
     "positions": _positions,
 }
-"""What motion is measured in: the agent's own coordinates, as they are or without velocities; the
-observation's; or deviations of the data."""
+"""How motion is measured: in the agent's own coordinates, with or without velocities, in those of
+the observation, or in standard deviations of the data."""
 
 
 def make(name: str, coordinates: Coordinates) -> Direction:
-    """The direction of that name; `UserError` if there is none, or it lacks statistics."""
+    """The direction called `name`; `UserError` if there is none or its statistics are missing."""
     return lookup("direction", DIRECTIONS, name)(coordinates)

@@ -1,4 +1,4 @@
-"""What `pigbench.agents` offers, all of which takes JAX."""
+"""The names that `pigbench.agents` exports and that need JAX."""
 
 from pigbench.agents.agent import Agent, Metrics, Params
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling

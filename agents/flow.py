@@ -1,7 +1,7 @@
-"""Flow policies: a vector field that carries Gaussian noise to samples of a conditional law.
+"""Flow policies: a vector field that carries Gaussian noise to conditional samples.
 
-Flow matching on straight paths (Lipman et al., 2023; Liu et al., 2023), as in Eq. hi_flow_loss and
-the inference algorithm of the paper's appendix.
+Flow matching on straight paths (Lipman et al., 2023; Liu et al., 2023), as in "High-level flow
+actor loss" and the inference algorithm of the paper's appendix.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,7 +33,7 @@ def matching_loss(velocity: Velocity, samples: jax.Array, key: jax.Array) -> jax
 
 
 def integrate(velocity: Velocity, noise: jax.Array, *, steps: int) -> jax.Array:
-    """The points (..., n) that `noise` is carried to by `steps` Euler steps from t = 0 to 1."""
+    """The points (..., n) that `noise` reaches after `steps` Euler steps from t = 0 to 1."""
 
     def step(m: jax.Array, points: jax.Array) -> jax.Array:
         times = jnp.full(points.shape[:-1], m / steps, points.dtype)
@@ -43,7 +43,7 @@ def integrate(velocity: Velocity, noise: jax.Array, *, steps: int) -> jax.Array:
 
 
 def best_of(candidates: jax.Array, scores: jax.Array) -> jax.Array:
-    """For each example the candidate of the highest score: (N, ..., n) and (N, ...) to (..., n)."""
+    """The candidate with the highest score for each example: (N, ..., n), (N, ...) to (..., n)."""
     best = jnp.argmax(scores, axis=0)[None, ..., None]
     return jnp.take_along_axis(candidates, best, axis=0)[0]
 
@@ -59,14 +59,14 @@ class VectorField(nn.Module):
     def __call__(
         self, *, observations: jax.Array, goals: jax.Array, points: jax.Array, times: jax.Array
     ) -> jax.Array:
-        """(..., o), (..., o), (..., n) and (...,) to (..., n), n being `output_size`."""
+        """(..., o), (..., g), (..., n) and (...,) to (..., n), with n = `output_size`."""
         inputs = jnp.concatenate([observations, goals, points, times[..., None]], axis=-1)
         return MLP(self.hidden_sizes, self.output_size, layer_norm=self.layer_norm)(inputs)
 
 
 @dataclass(frozen=True)
 class FlowPolicy:
-    """Samples x in R^n, n = `output_size`, given s and g; `steps` is the integration's."""
+    """A sampler of x in R^n, n = `output_size`, given s and g, with `steps` integration steps."""
 
     hidden_sizes: tuple[int, ...]
     output_size: int
@@ -75,11 +75,11 @@ class FlowPolicy:
 
     @cached_property
     def field(self) -> VectorField:
-        """The network."""
+        """The vector field's network."""
         return VectorField(self.hidden_sizes, self.output_size, self.layer_norm)
 
     def init(self, key: jax.Array, *, observations: jax.Array, goals: jax.Array) -> Any:
-        """Fresh parameters, for inputs (B, o) of these shapes."""
+        """Initial parameters, for inputs of these shapes, (B, o) and (B, g)."""
         times = jnp.zeros(observations.shape[:-1])
         points = jnp.zeros((*times.shape, self.output_size))
         return self.field.init(
@@ -95,7 +95,7 @@ class FlowPolicy:
         samples: jax.Array,
         key: jax.Array,
     ) -> tuple[jax.Array, Metrics]:
-        """The mean matching loss on `samples` (B, n), seen with (s, g), (B, o) and (B, g)."""
+        """The mean matching loss on `samples` (B, n) given s (B, o) and g (B, g)."""
         velocity = self._velocity(params, observations, goals)
         loss = matching_loss(velocity, samples, key).mean()
         return loss, {"actor/loss": loss}

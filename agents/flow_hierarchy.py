@@ -1,8 +1,9 @@
-"""Hierarchies over a flow of subgoals: the high level of H-Flow, Pi-H-Flow, SHARSA and DSHARSA.
+"""Hierarchies with a flow of subgoals: the high level of H-Flow, Pi-H-Flow, SHARSA and DSHARSA.
 
-The high level draws candidate subgoals from a flow, K steps ahead and in the low level's
-representation x, and its critic chooses one; the low level is any agent on x. The paper's
-Algorithms 1 and 2; where it is silent, the conventions of SHARSA (Park et al., 2025).
+The high level draws candidate subgoals, K steps ahead and in the low level's representation x, from
+a flow, and its critic picks one; the low level is any agent on x. This follows the training and
+inference algorithms of the paper's appendix and, where they leave a choice, SHARSA (Park et al.,
+2025).
 """
 
 from collections.abc import Callable, Mapping
@@ -30,25 +31,25 @@ UNIFORM_VALUE_GOALS = replace(VALUE_GOALS, geometric=False)
 GEOMETRIC_ACTOR_GOALS = replace(ACTOR_GOALS, geometric=True)
 
 DECIDED_ABOVE = ("learning_rate", "batch_size", "target_rate", "discount", "goals", "actor_goals")
-"""Fields that a low level's own configuration has no say in."""
+"""Fields of the low level's configuration that the hierarchy sets."""
 
 
 @dataclass(frozen=True)
 class FlowHierarchyConfig(AgentConfig):
-    """Hyper-parameters of both levels; what is not in `low` is the high level's, or of both.
+    """Hyperparameters of both levels; those outside `low` are the high level's, or shared.
 
     Raises `UserError` if `low` changes a field of `DECIDED_ABOVE`.
     """
 
     value_goals: GoalMixture = UNIFORM_VALUE_GOALS
     actor_goals: GoalMixture = GEOMETRIC_ACTOR_GOALS
-    subgoal_steps: int = 25  # K: how far ahead subgoals lie
-    low_level_representation: str = "joints_contacts"  # or proprio, or full
-    standardize: bool = True  # standardise what flow, critic and low level see
+    subgoal_steps: int = 25  # K: how many steps ahead subgoals are
+    low_level_representation: str = "joints_contacts"  # joints_contacts, proprio or full
+    standardize: bool = True  # standardise the inputs of the low level and all subgoals
     flow_steps: int = 10  # M: Euler steps of the flow
-    candidates: int = 32  # N: subgoals drawn; the critic chooses the best
+    candidates: int = 32  # N: subgoals drawn, of which the critic picks the best
     average_rate: float = 1.0  # below 1, act with parameters averaged over about 1 / rate updates
-    low: AgentConfig = field(default_factory=GCIVLConfig)  # the low level's own
+    low: AgentConfig = field(default_factory=GCIVLConfig)  # the low level's own configuration
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -59,18 +60,18 @@ class FlowHierarchyConfig(AgentConfig):
         unchanged = type(self.low)()
         for name in DECIDED_ABOVE:
             if getattr(self.low, name) != getattr(unchanged, name):
-                raise UserError(f"low.{name} has no effect: the hierarchy decides it, leave it out")
+                raise UserError(f"low.{name} has no effect: leave it out, the hierarchy sets it")
 
     @property
     def low_discount(self) -> float:
-        """1 - 1/K: a low level looks about as far as its subgoals lie."""
+        """1 - 1/K, so that the low level's horizon is about that of its subgoals."""
         return 1 - 1 / self.subgoal_steps
 
 
 class FlowHierarchy(Agent[FlowHierarchyConfig]):
-    """A high level that gives subgoals to the agent `low`, which is built on `config.low`.
+    """A high level that gives subgoals to the agent `low`, which is built from `config.low`.
 
-    Names of networks and of metrics start with "high_" or "low_".
+    The names of networks and metrics start with "high_" or "low_".
     """
 
     goals = tuple(GOALS)
@@ -113,7 +114,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
 
     @property
     def sampling(self) -> Sampling:
-        """The high level's goals; the low level's actor goals are the states K steps on."""
+        """The high level's goals; the low level's actor goals are the states K steps ahead."""
         low = self.low.sampling
         subgoals = SubgoalSampling(self.config.subgoal_steps, low.value_goals, low.discount)
         return replace(super().sampling, subgoals=subgoals)
@@ -132,7 +133,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
 
     def init(self, key: jax.Array) -> Params:
-        """Parameters of "high_actor", "high_critic", "high_value", and of the low level."""
+        """Parameters of "high_actor", "high_critic", "high_value" and the low level."""
         actor_key, values_key, low_key = jax.random.split(key, 3)
         states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         subgoals = self.represent(states)
@@ -158,7 +159,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     def act(
         self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The low level's action on the way to the subgoal that the high level gives now."""
+        """The low level's actions towards subgoals newly drawn by the high level."""
         subgoal_key, low_key = jax.random.split(key)
         subgoals = self.subgoals(params, observations, goals, subgoal_key)
         return self.follow(params, observations, subgoals, low_key)
@@ -166,7 +167,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     def subgoals(
         self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The best of `candidates` draws of the flow: (B, o) and (B, o) to (B, x)."""
+        """The best of `candidates` samples of the flow: (B, o) and (B, o) to (B, x)."""
         high, _ = _levels(params)
         goals = self.as_goals(goals)
         candidates = self.actor.sample(
@@ -182,22 +183,22 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     def follow(
         self, params: Params, observations: jax.Array, subgoals: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The low level's actions on the way to subgoals: (B, o) and (B, x) to (B, a)."""
+        """The low level's actions towards `subgoals`: (B, o) and (B, x) to (B, a)."""
         _, low = _levels(params)
         return self.low.act(low, self.represent(observations), subgoals, key)
 
     def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """The low level's, of what it sees of both states."""
+        """The low level's value, of both states in its representation."""
         _, low = _levels(params)
         return self.low.state_values(low, self.represent(observations), self.represent(goals))
 
     @property
     def motion_in(self) -> str:
-        """The low level's."""
+        """The low level's choice."""
         return self.low.motion_in
 
     def motion(self, states: jax.Array, next_states: jax.Array, *, epsilon: float) -> jax.Array:
-        """The low level's."""
+        """The low level's direction, lifted from its representation to observations."""
         x, next_x = self.represent(states), self.represent(next_states)
         return self.represent.lift(self.low.motion(x, next_x, epsilon=epsilon), like=states)
 

@@ -1,4 +1,4 @@
-"""GCBC: goal-conditioned behaviour cloning, a policy that repeats what led to the goal."""
+"""GCBC: goal-conditioned behaviour cloning, which imitates the actions that led to the goal."""
 
 import jax
 
@@ -10,7 +10,7 @@ from pigbench.agents.config import AgentConfig
 
 
 class GCBC(PolicyAgent[AgentConfig]):
-    """A Gaussian policy of standard deviation 1, and nothing else."""
+    """A Gaussian policy with standard deviation 1."""
 
     def init(self, key: jax.Array) -> Params:
         """Parameters of "policy"."""
@@ -19,6 +19,6 @@ class GCBC(PolicyAgent[AgentConfig]):
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
-        """-log pi(a | s, g). Draws nothing from `key`."""
+        """-log pi(a | s, g). `key` is unused."""
         means = self.means(params, batch.observations, batch.actor_goals)
         return actors.clone(means, batch.actions)

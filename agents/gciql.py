@@ -1,7 +1,7 @@
 """GCIQL: goal-conditioned implicit Q-learning with a DDPG+BC actor.
 
-Kostrikov et al. (2022), "Offline Reinforcement Learning with Implicit Q-Learning", with goals; the
-actor's weight is OGBench's for the cubes.
+Kostrikov et al. (2022), "Offline Reinforcement Learning with Implicit Q-Learning", with goals. The
+actor's BC weight is OGBench's for the cube environments.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from pigbench.agents.networks import Critic, Value, apply_ensemble, init_ensembl
 
 @dataclass(frozen=True)
 class GCIQLConfig(AgentConfig):
-    """Hyper-parameters of GCIQL."""
+    """Hyperparameters of GCIQL."""
 
     expectile: float = 0.9
     bc_weight: float = 1.0  # alpha of DDPG+BC
@@ -49,7 +49,7 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
         return Critic(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
     def init(self, key: jax.Array) -> Params:
-        """Parameters of "value", of "critic" (two members, stacked) and of "policy"."""
+        """Parameters of "value", "critic" (two members, stacked) and "policy"."""
         value_key, critic_key, policy_key = jax.random.split(key, 3)
         states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         actions = jnp.zeros((1, self.action_size))
@@ -69,7 +69,7 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
-        """Value, critic and actor losses, of disjoint networks. Draws nothing from `key`."""
+        """Value, critic and actor losses, which train disjoint networks. `key` is unused."""
         return combine(
             self._value_loss(params, target_params, batch),
             self._critic_loss(params, batch),

@@ -1,8 +1,9 @@
 """GCIVL: goal-conditioned implicit value learning with an advantage-weighted actor.
 
-Its value loss may carry a physics-informed regulariser; that field alone tells GCIVL, Eik-GCIVL
-and HJB-GCIVL apart. Losses follow the paper's appendix (Eqs. low_ivl_loss, low_value_loss and
-low_actor_loss), with the full state in place of the low-level one.
+The value loss may include a physics-informed regulariser, which is all that distinguishes GCIVL,
+Eik-GCIVL and HJB-GCIVL. The losses are those of the paper's appendix, under "Low-level
+HJB-regularized value loss" and "Low-level actor loss", with the full state instead of the low-level
+one.
 """
 
 from dataclasses import dataclass, field
@@ -24,11 +25,11 @@ from pigbench.errors import lookup
 
 @dataclass(frozen=True)
 class GCIVLConfig(AgentConfig):
-    """Hyper-parameters of GCIVL; defaults are the paper's."""
+    """Hyperparameters of GCIVL; the defaults are the paper's."""
 
     expectile: float = 0.9  # iota, of the value loss
-    temperature: float = 10.0  # alpha: actions weigh exp(alpha * advantage), at most 100
-    rewards: str = "-1/0"  # before and at the goal: -1/0 or 0/1
+    temperature: float = 10.0  # alpha: actions have weight exp(alpha * advantage), at most 100
+    rewards: str = "-1/0"  # rewards before and at the goal: -1/0 or 0/1
     regularizer: Regularizer = field(default_factory=Regularizer)  # the value loss's penalty
 
     def __post_init__(self) -> None:
@@ -39,27 +40,27 @@ class GCIVLConfig(AgentConfig):
 
 
 GOAL_REWARDS = {"-1/0": 0.0, "0/1": 1.0}
-"""The reward at the goal, by the rewards' name; on the way there it is 1 less."""
+"""The reward at the goal, by the name of the rewards; before the goal it is 1 less."""
 
 
 class GCIVL(PolicyAgent[GCIVLConfig]):
-    """Two values V_i(s, g) with target copies, and a Gaussian policy of standard deviation 1."""
+    """Two values V_i(s, g) with target copies, and a Gaussian policy with standard deviation 1."""
 
     target_networks = ("value",)
     members = 2
 
     @property
     def motion_in(self) -> str:
-        """The regulariser's."""
+        """The regulariser's choice."""
         return self.config.regularizer.direction
 
     @cached_property
     def value(self) -> Value:
-        """The network of one member."""
+        """The network of one ensemble member."""
         return Value(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
     def init(self, key: jax.Array) -> Params:
-        """Parameters of "value" (two members, stacked) and of "policy"."""
+        """Parameters of "value" (two members, stacked) and "policy"."""
         value_key, policy_key = jax.random.split(key)
         states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         return {
@@ -72,14 +73,14 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
-        """Value loss plus actor loss; they train disjoint networks. Draws nothing from `key`."""
+        """Value loss plus actor loss, which train disjoint networks. `key` is unused."""
         return combine(
             self._value_loss(params["value"], target_params["value"], batch),
             self.actor_loss(params, batch),
         )
 
     def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """The members' mean, on the scale of a cost of 1 per step whatever the rewards are."""
+        """The mean of the members, on the scale of a cost of 1 per step, whatever the rewards."""
         goals = self.as_goals(goals)
         values = apply_ensemble(self.value, params["value"], observations=observations, goals=goals)
         return (values.mean(axis=0) - self._goal_reward) / self._step_value
@@ -90,13 +91,13 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
 
     @property
     def _step_value(self) -> float:
-        """What a cost of 1 per step is in values: less where the goal has a reward."""
+        """The value of a cost of 1 per step: less than 1 if the goal has a reward."""
         return 1 - self.config.discount if self._goal_reward else 1.0
 
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
         direction = self.direction(self.motion_in)
-        step_value = self._step_value  # residuals are of a cost of 1 per step
+        step_value = self._step_value  # residuals assume a cost of 1 per step
         goals = self.as_goals(batch.value_goals)
 
         def regularized(member: Any) -> tuple[jax.Array, jax.Array]:
@@ -128,13 +129,13 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
         }
 
     def actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
-        """Advantage-weighted regression. A method that differs in this alone overrides it."""
+        """Advantage-weighted regression. Override it to change only how the policy is trained."""
         advantages = self.advantages(params, batch)
         means = self.means(params, batch.observations, batch.actor_goals)
         return actors.awr(means, batch.actions, advantages, temperature=self.config.temperature)
 
     def advantages(self, params: Params, batch: Batch) -> jax.Array:
-        """V(s', g) - V(s, g) with the actor's goals, the members' mean, (B,); has no gradient."""
+        """V(s', g) - V(s, g) for the actor's goals, averaged over members, (B,), no gradient."""
         values, next_values = self._transition_values(
             jax.lax.stop_gradient(params["value"]), batch, batch.actor_goals
         )

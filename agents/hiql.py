@@ -1,7 +1,7 @@
 """HIQL: hierarchical implicit Q-learning (Park et al., 2023), with the conventions of OGBench.
 
-One value serves two Gaussian policies: the high one picks a subgoal K steps ahead, in the value's
-own representation of goals, and the low one acts on it.
+One value trains two Gaussian policies: the high-level one picks a subgoal K steps ahead, in the
+value's own representation of goals, and the low-level one acts towards it.
 """
 
 from collections.abc import Sequence
@@ -25,12 +25,12 @@ from pigbench.agents.representations import GOALS
 
 @dataclass(frozen=True)
 class HIQLConfig(AgentConfig):
-    """Hyper-parameters of HIQL; defaults beyond the shared ones are OGBench's for cubes."""
+    """Hyperparameters of HIQL; the defaults of the fields below are OGBench's for cubes."""
 
     expectile: float = 0.7
     high_temperature: float = 3.0
     low_temperature: float = 3.0
-    subgoal_steps: int = 10  # K: how far ahead subgoals lie
+    subgoal_steps: int = 10  # K: how many steps ahead subgoals are
     representation_size: int = 10
 
     def __post_init__(self) -> None:
@@ -41,7 +41,7 @@ class HIQLConfig(AgentConfig):
 
 
 def on_sphere(vectors: jax.Array) -> jax.Array:
-    """Vectors (..., n) scaled to the length sqrt(n); the origin stays where it is."""
+    """Vectors (..., n) scaled to length sqrt(n); the zero vector stays zero."""
     lengths = safe_norm(vectors)[..., None]
     return vectors * np.sqrt(vectors.shape[-1]) / jnp.where(lengths > 0, lengths, 1)
 
@@ -55,16 +55,16 @@ class GoalRepresentation(nn.Module):
 
     @nn.compact
     def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """(..., o) and (..., g) to (..., n), n being `output_size`."""
+        """(..., o) and (..., g) to (..., n), with n = `output_size`."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
         features = MLP(self.hidden_sizes, self.output_size, layer_norm=self.layer_norm)(inputs)
         return on_sphere(features)
 
 
 class HIQL(Agent[HIQLConfig]):
-    """Two values V_i(s, phi(s, g)) with target copies, and a policy of either level.
+    """Two values V_i(s, phi(s, g)) with target copies, and one policy per level.
 
-    phi has no target copy, and is trained by the value loss alone.
+    phi has no target copy and is trained by the value loss only.
     """
 
     goals = tuple(GOALS)
@@ -74,7 +74,7 @@ class HIQL(Agent[HIQLConfig]):
 
     @property
     def sampling(self) -> Sampling:
-        """As of a flat agent, with subgoals; both levels share the value and so its goals."""
+        """As for a flat agent, plus subgoals; both levels share the value and hence its goals."""
         flat = super().sampling
         subgoals = SubgoalSampling(self.config.subgoal_steps, flat.value_goals, flat.discount)
         return replace(flat, subgoals=subgoals)
@@ -89,12 +89,12 @@ class HIQL(Agent[HIQLConfig]):
 
     @cached_property
     def value(self) -> Value:
-        """The network of one member; its goals are representations."""
+        """The network of one ensemble member; its goals are representations."""
         return Value(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
     @cached_property
     def high_policy(self) -> Policy:
-        """From (s, g) to the mean of phi(s, subgoal)."""
+        """The network from (s, g) to the mean of phi(s, subgoal)."""
         config = self.config
         return Policy(
             config.actor_hidden_sizes, config.representation_size, config.actor_layer_norm
@@ -102,7 +102,7 @@ class HIQL(Agent[HIQLConfig]):
 
     @cached_property
     def low_policy(self) -> Policy:
-        """From (s, phi(s, subgoal)) to the mean action."""
+        """The network from (s, phi(s, subgoal)) to the mean action."""
         config = self.config
         return Policy(config.actor_hidden_sizes, self.action_size, config.actor_layer_norm)
 
@@ -125,7 +125,7 @@ class HIQL(Agent[HIQLConfig]):
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
-        """Value loss plus the policies', all of disjoint networks. Draws nothing from `key`."""
+        """Value loss plus policy losses, which train disjoint networks. `key` is unused."""
         return combine(
             self._value_loss(params, target_params, batch),
             self._actor_loss(params, batch, cast(Subgoals, batch.subgoals)),
@@ -134,7 +134,7 @@ class HIQL(Agent[HIQLConfig]):
     def act(
         self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The low policy's mean at the high policy's, clipped to [-1, 1]. Draws nothing."""
+        """The low-level mean given the high-level mean, clipped to [-1, 1]. `key` is unused."""
         means: Any = self.high_policy.apply(
             params["high_policy"], observations=observations, goals=self.as_goals(goals)
         )
@@ -144,7 +144,7 @@ class HIQL(Agent[HIQLConfig]):
         return jnp.clip(actions, -1, 1)
 
     def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """The members' mean, of the goal's representation."""
+        """The mean of the members, given the goal's representation."""
         return self._values(params, observations, goals)[0].mean(axis=0)
 
     def _value_loss(

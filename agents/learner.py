@@ -1,4 +1,4 @@
-"""One gradient step of any agent: the only place with an optimiser and with target networks."""
+"""One gradient step of any agent: the only module that handles optimisers and target networks."""
 
 from typing import Any, cast
 
@@ -13,24 +13,24 @@ from pigbench.agents.batch import Batch
 
 @struct.dataclass
 class TrainState:
-    """Everything that a training step changes."""
+    """The state that a training step updates."""
 
     params: Params
     target_params: Params  # of the agent's `target_networks` only
     opt_state: optax.OptState
-    step: jax.Array  # () int32: updates done
-    average: Params  # of `params` over the last updates; empty for an agent that averages none
+    step: jax.Array  # () int32: number of updates done
+    average: Params  # of `params` over recent updates; empty if the agent does not average
 
     @property
     def acting(self) -> Params:
-        """The parameters to act by, and to look at."""
+        """The parameters to act with and to analyse."""
         return self.average or self.params
 
 
 def create(agent: Agent[Any], key: jax.Array) -> TrainState:
-    """Fresh parameters, targets equal to them, and an optimiser at rest."""
+    """Initial parameters, equal target parameters, and a fresh optimiser state."""
     params = agent.init(key)
-    # Copies: a state whose leaves share buffers could not be donated.
+    # Copied, because a state whose leaves share buffers cannot be donated.
     target_params, average = jax.tree.map(
         jnp.copy, (_targeted(agent, params), _averaged(agent, params))
     )
@@ -46,12 +46,12 @@ def create(agent: Agent[Any], key: jax.Array) -> TrainState:
 def update(
     agent: Agent[Any], state: TrainState, batch: Batch, key: jax.Array
 ) -> tuple[TrainState, Metrics]:
-    """One step of Adam on the agent's loss, then target <- (1 - tau) target + tau params.
+    """One Adam step on the agent's loss, then target <- (1 - tau) target + tau params.
 
-    The average follows in the same way, over the last tenth of all updates so far, and in the end
-    at the agent's `average_rate`.
+    The average is updated in the same way, first over the last tenth of all updates so far, and
+    later at the agent's `average_rate`.
 
-    Pure: the same arguments give the same state. `key` is for this step alone.
+    Pure: the same arguments give the same state. `key` is for this step only.
     """
     gradients, metrics = jax.grad(agent.loss, has_aux=True)(
         state.params, state.target_params, batch, key

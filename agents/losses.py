@@ -1,4 +1,4 @@
-"""Loss terms as functions on arrays: one value an example, batch axes last, no reduction."""
+"""Loss terms as functions of arrays: one value per example, batch axes last, no reduction."""
 
 import jax
 import jax.numpy as jnp
@@ -10,16 +10,16 @@ MAX_AWR_WEIGHT = 100.0
 def td_target(
     rewards: jax.Array, continuations: jax.Array, next_values: jax.Array, *, discount: float
 ) -> jax.Array:
-    """One-step backup r + discount * m * V(s'), with m = 0 where nothing follows, else 1."""
+    """One-step backup r + discount * m * V(s'), with m = 0 at terminal states, else 1."""
     return rewards + discount * continuations * next_values
 
 
 def goal_td_target(
     success: jax.Array, next_values: jax.Array, *, discount: float, goal_reward: float = 0.0
 ) -> jax.Array:
-    """The backup of `goal_reward` at the goal, where nothing follows, and of 1 less elsewhere.
+    """The backup with reward `goal_reward` at the goal, which is terminal, and 1 less elsewhere.
 
-    `success` is 1 at the goal, else 0. By default a step costs 1 until the goal is reached.
+    `success` is 1 at the goal, else 0. By default, each step costs 1 until the goal is reached.
     """
     rewards = success - 1 + goal_reward
     return td_target(rewards, 1 - success, next_values, discount=discount)
@@ -28,8 +28,9 @@ def goal_td_target(
 def expectile(advantages: jax.Array, errors: jax.Array, *, level: float) -> jax.Array:
     """Squared `errors`, weighted by `level` where the advantage is not negative, else by 1 - level.
 
-    With `errors` as the advantages this is expectile regression; giving them apart decides the side
-    once for all members of an ensemble (the paper's L_2^iota(A, e), Eq. low_ivl_loss).
+    If the advantages are the errors, this is expectile regression. Separate advantages decide the
+    side once for all members of an ensemble: L_2^iota(A, e) in "Low-level HJB-regularized value
+    loss" of the paper's appendix.
     """
     return jnp.where(advantages < 0, 1 - level, level) * errors**2
 
@@ -44,10 +45,11 @@ def implicit_value(
     level: float,
     goal_reward: float = 0.0,
 ) -> jax.Array:
-    """Implicit value learning, Eq. low_ivl_loss: members (M, B) and `success` (B,) to (B,).
+    """Implicit value learning: members (M, B) and `success` (B,) to (B,).
 
-    Each member follows its own target copy; all share the expectile's side, which is that of the
-    advantage of the least backup over the targets' mean.
+    Each member regresses to the backup of its own target copy. All share the expectile's side,
+    given by the advantage of the smallest backup over the targets' mean. This is the term L_IVL in
+    "Low-level HJB-regularized value loss" of the paper's appendix.
     """
     backups = goal_td_target(
         success, target_next_values, discount=discount, goal_reward=goal_reward
@@ -64,14 +66,14 @@ def unit_gaussian_log_prob(actions: jax.Array, means: jax.Array) -> jax.Array:
 def awr(advantages: jax.Array, log_probs: jax.Array, *, temperature: float) -> jax.Array:
     """Advantage-weighted regression, -min(exp(temperature * A), 100) log pi(a | s, g).
 
-    The weights carry no gradient (Eq. low_actor_loss of the paper's appendix).
+    The weights carry no gradient ("Low-level actor loss" in the paper's appendix).
     """
     weights = jnp.minimum(jnp.exp(temperature * advantages), MAX_AWR_WEIGHT)
     return -jax.lax.stop_gradient(weights) * log_probs
 
 
 def push_apart(distances: jax.Array, *, offset: float, beta: float) -> jax.Array:
-    """QRL's push, softplus of sharpness `beta` on offset - d: falls with d, less so past `offset`.
+    """QRL's push on distances: softplus of offset - d with sharpness `beta`; fades past `offset`.
 
     Wang et al. (2023), "Optimal Goal-Reaching Reinforcement Learning via Quasimetric Learning".
     """
@@ -79,15 +81,15 @@ def push_apart(distances: jax.Array, *, offset: float, beta: float) -> jax.Array
 
 
 def hinge(excess: jax.Array) -> jax.Array:
-    """The square of what is above 0: the penalty of the constraint `excess` <= 0."""
+    """The squared positive part: the penalty for the constraint `excess` <= 0."""
     return jax.nn.relu(excess) ** 2
 
 
 def lagrangian(log_multiplier: jax.Array, violation: jax.Array, *, margin: float) -> jax.Array:
     """lambda (violation - margin), to be minimised in the violation and maximised in lambda.
 
-    Gradient descent does both, for lambda's own gradient has its sign turned; the loss' value
-    means nothing. A step on log(lambda) changes lambda by a share of itself, and keeps it positive.
+    Gradient descent does both, because the sign of lambda's gradient is flipped; the value of the
+    loss is meaningless. A step on log(lambda) changes lambda in proportion and keeps it positive.
     """
     multiplier = jnp.exp(log_multiplier)
     fixed_multiplier, fixed_violation = jax.lax.stop_gradient((multiplier, violation))

@@ -1,7 +1,7 @@
-"""Neural networks. Inputs are keyword-only, so that none is swapped for another unnoticed.
+"""Neural networks. Inputs are keyword-only, so that they cannot be swapped unnoticed.
 
-An ensemble is not a network of its own: its members' parameters are stacked along a leading axis,
-and `jax.vmap` maps any function of one member's parameters over them.
+An ensemble is not a network of its own: the parameters of its members are stacked along a leading
+axis, and `jax.vmap` maps any function of one member's parameters over them.
 """
 
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ import jax.numpy as jnp
 
 
 class MLP(nn.Module):
-    """Hidden layers with GELU, then layer normalisation if asked; a linear output layer.
+    """Hidden layers with GELU, each optionally followed by layer normalisation; a linear output.
 
-    Weights start uniform with variance scale / mean(fan in, fan out), the scale being
-    `output_scale` in the last layer and 1 before; biases start at 0.
+    Initial weights are uniform with variance scale / mean(fan in, fan out), where the scale is
+    `output_scale` in the last layer and 1 elsewhere; biases start at 0.
     """
 
     hidden_sizes: Sequence[int]
@@ -49,7 +49,7 @@ class Value(nn.Module):
 
 
 class Critic(nn.Module):
-    """Q(s, a, g); the action may be any other choice made at s, such as a subgoal."""
+    """Q(s, a, g), where the action may be any choice made at s, such as a subgoal."""
 
     hidden_sizes: Sequence[int]
     layer_norm: bool
@@ -58,13 +58,13 @@ class Critic(nn.Module):
     def __call__(
         self, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
     ) -> jax.Array:
-        """(..., o), (..., a) and (..., o) to (...,)."""
+        """(..., o), (..., a) and (..., g) to (...,)."""
         inputs = jnp.concatenate([observations, actions, goals], axis=-1)
         return MLP(self.hidden_sizes, 1, layer_norm=self.layer_norm)(inputs)[..., 0]
 
 
 class BilinearCritic(nn.Module):
-    """phi(s, a) and psi(g), whose inner product is a critic: the two sides embed apart."""
+    """Separate embeddings phi(s, a) and psi(g), whose inner product is a critic."""
 
     hidden_sizes: Sequence[int]
     latent_size: int
@@ -84,7 +84,7 @@ class BilinearCritic(nn.Module):
 
 
 class LatentDynamics(nn.Module):
-    """The embedding of the state after an action, as the state's own embedding plus a change."""
+    """The embedding of the next state, predicted as that of the current state plus a change."""
 
     hidden_sizes: Sequence[int]
     layer_norm: bool
@@ -98,7 +98,7 @@ class LatentDynamics(nn.Module):
 
 
 class Policy(nn.Module):
-    """The mean of pi(a | s, g), near zero at first; it is not squashed."""
+    """The mean of pi(a | s, g), close to 0 at initialisation and not squashed."""
 
     hidden_sizes: Sequence[int]
     action_size: int
@@ -120,7 +120,7 @@ def init_ensemble(network: nn.Module, key: jax.Array, members: int, **inputs: An
 
 
 def apply_ensemble(network: nn.Module, ensemble: Any, **inputs: Any) -> Any:
-    """What each member makes of the same inputs: the network's output with a leading axis more."""
+    """Each member's output for the same inputs, stacked along a new leading axis."""
     return jax.vmap(lambda member: network.apply(member, **inputs))(ensemble)
 
 

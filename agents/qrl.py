@@ -1,8 +1,8 @@
-"""QRL: quasimetric reinforcement learning, the largest distance that a constraint allows.
+"""QRL: quasimetric reinforcement learning, which learns the largest distance a constraint allows.
 
-Wang et al. (2023), "Optimal Goal-Reaching Reinforcement Learning via Quasimetric Learning". The
-constraint alone tells QRL, Eik-QRL and HJB-QRL apart. Shape of the push, margin, dual variable and
-latent dynamics are OGBench's, and so is the actor's weight, for the cubes.
+Wang et al. (2023), "Optimal Goal-Reaching Reinforcement Learning via Quasimetric Learning". QRL,
+Eik-QRL and HJB-QRL differ only in the constraint. The shape of the push, the margin, the dual
+variable, the latent dynamics and the actor's BC weight (that of the cubes) are OGBench's.
 """
 
 from dataclasses import dataclass, field
@@ -27,13 +27,13 @@ RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False
 
 @dataclass(frozen=True)
 class QRLConfig(AgentConfig):
-    """Hyper-parameters of QRL."""
+    """Hyperparameters of QRL."""
 
     quasimetric: str = "iqe"  # iqe or mrn
-    latent_size: int = 512  # of the embeddings between which distances are measured
-    constraint: Constraint = field(default_factory=Constraint)  # what distances must satisfy
-    push_offset: float = 500.0  # distances beyond it are pushed less and less
-    push_beta: float = 0.01  # how sharply that sets in
+    latent_size: int = 512  # size of the embeddings between which distances are measured
+    constraint: Constraint = field(default_factory=Constraint)  # the constraint on distances
+    push_offset: float = 500.0  # the distance beyond which the push fades
+    push_beta: float = 0.01  # how sharply it fades
     actor: str = "ddpg+bc"  # ddpg+bc or awr
     bc_weight: float = 0.3  # alpha of DDPG+BC
     temperature: float = 10.0  # alpha of AWR
@@ -57,14 +57,14 @@ class QRLConfig(AgentConfig):
 
 
 class QRL(PolicyAgent[QRLConfig]):
-    """V(s, g) = -d(s, g) with a quasimetric d, its dual variable, and a Gaussian policy.
+    """V(s, g) = -d(s, g) with a quasimetric d, a dual variable, and a Gaussian policy.
 
-    DDPG+BC climbs -d by way of a model of the dynamics on d's embedding; AWR needs none.
+    DDPG+BC maximises -d through a dynamics model in the embedding space of d; AWR needs no model.
     """
 
     @property
     def motion_in(self) -> str:
-        """The constraint's."""
+        """The constraint's choice."""
         return self.config.constraint.direction
 
     @cached_property
@@ -80,7 +80,7 @@ class QRL(PolicyAgent[QRLConfig]):
         return LatentDynamics(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
     def init(self, key: jax.Array) -> Params:
-        """Parameters of "value", "policy" and, for DDPG+BC, "dynamics"; the "multiplier"'s log."""
+        """Parameters of "value", "policy" and, for DDPG+BC, "dynamics"; log of the "multiplier"."""
         value_key, dynamics_key, policy_key = jax.random.split(key, 3)
         states = jnp.zeros((1, self.observation_size))
         params = {
@@ -99,7 +99,7 @@ class QRL(PolicyAgent[QRLConfig]):
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
-        """Value, dynamics and actor losses. Draws nothing from `key`."""
+        """Value, dynamics and actor losses. `key` is unused."""
         states = jnp.stack([batch.observations, batch.next_observations, batch.value_goals])
         here, there, goals = self._encode(params, states)
         return combine(
@@ -175,7 +175,7 @@ class QRL(PolicyAgent[QRLConfig]):
     def _dynamics_loss(
         self, params: Params, here: jax.Array, there: jax.Array, actions: jax.Array
     ) -> tuple[jax.Array, Metrics]:
-        """The distance between the next embedding and its prediction, mean of the two ways."""
+        """The distance between next embedding and prediction, averaged over both directions."""
         predicted = self._predict(params, here, actions)
         there, predicted = jnp.stack([there, predicted]), jnp.stack([predicted, there])
         loss = self._distance(params, there, predicted).mean()
@@ -192,4 +192,4 @@ class QRL(PolicyAgent[QRLConfig]):
 
 
 ACTOR_LOSSES = {"ddpg+bc": QRL._ddpg_bc_loss, "awr": QRL._awr_loss}
-"""What trains the policy, by name."""
+"""The losses that train the policy, by name."""

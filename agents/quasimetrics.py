@@ -1,7 +1,7 @@
-"""Quasimetrics: learned distances that need not be symmetric, but never break a triangle.
+"""Quasimetrics: learned distances that satisfy the triangle inequality but may be asymmetric.
 
-States are embedded by a network; the distance of two embeddings is a fixed formula, which is 0
-from a point to itself, never negative, and at most the distance by way of any third point.
+A network embeds states, and a formula gives the distance between two embeddings. It is 0 from a
+point to itself, never negative, and at most the distance through any third point.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,15 +15,15 @@ from pigbench.agents.norms import safe_norm
 
 
 def interval_lengths(starts: jax.Array, ends: jax.Array) -> jax.Array:
-    """The length that intervals [x_i, max(x_i, y_i)] cover together: (..., n), (..., n) to (...,).
+    """The length of the union of intervals [x_i, max(x_i, y_i)]: (..., n) and (..., n) to (...,).
 
-    A covered stretch counts with the end where it closes, less the start where it opens. Which
-    these are is found by comparing all pairs: elementwise, and nothing that has a derivative.
+    It is the sum of the ends at which a covered stretch closes, less the starts at which one opens.
+    These are found by comparing all pairs, which is elementwise and has no derivative.
     """
     lower, upper = jnp.broadcast_arrays(starts, jnp.maximum(starts, ends))
     my_lower, my_upper = lower[..., :, None], upper[..., :, None]
     its_lower, its_upper = lower[..., None, :], upper[..., None, :]
-    earlier = jnp.tri(lower.shape[-1], k=-1, dtype=bool)  # of equals, the first one counts
+    earlier = jnp.tri(lower.shape[-1], k=-1, dtype=bool)  # of equal ones, the first counts
     covered_below = (its_lower < my_lower) & (my_lower <= its_upper)
     covered_above = (its_lower <= my_upper) & (my_upper < its_upper)
     opens = ~jnp.any(covered_below | ((its_lower == my_lower) & earlier), axis=-1)
@@ -32,14 +32,14 @@ def interval_lengths(starts: jax.Array, ends: jax.Array) -> jax.Array:
 
 
 class Quasimetric(nn.Module):
-    """d(s, g) between embeddings of n = `latent_size` numbers. A subclass says how far they are."""
+    """d(s, g) between embeddings of size n = `latent_size`; subclasses define `distance`."""
 
     hidden_sizes: Sequence[int]
     latent_size: int
     layer_norm: bool
 
     def setup(self) -> None:
-        """The embedding's network."""
+        """Create the embedding's network."""
         self.encoder = MLP(self.hidden_sizes, self.latent_size, layer_norm=self.layer_norm)
 
     def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
@@ -58,17 +58,17 @@ class Quasimetric(nn.Module):
 
 
 class IQE(Quasimetric):
-    """Interval quasimetric embedding, of components of `component_size` intervals each.
+    """Interval quasimetric embedding, with components of `component_size` intervals each.
 
-    A component's distance is the length that its intervals [x_i, y_i] cover; the whole is a
-    learned mixture of their largest and their mean (Wang and Isola, 2022, "Improved
+    A component's distance is the length of the union of its intervals [x_i, y_i]; the total is a
+    learned mixture of the components' maximum and mean (Wang and Isola, 2022, "Improved
     Representation of Asymmetrical Distances with Interval Quasimetric Embeddings").
     """
 
     component_size: int = 8
 
     def setup(self) -> None:
-        """The embedding's network and the mixture's logit."""
+        """Create the embedding's network and the mixture's logit."""
         super().setup()
         self.mixture = self.param("mixture", nn.initializers.zeros, ())
 
@@ -83,9 +83,9 @@ class IQE(Quasimetric):
 
 
 class MRN(Quasimetric):
-    """Metric residual network: half of the embedding is a metric, half an asymmetric residual.
+    """Metric residual network: a metric on half of the embedding plus an asymmetric residual.
 
-    ||x - y|| of the one plus max_i relu(x_i - y_i) of the other (Liu et al., 2023, "Metric
+    ||x - y|| on one half plus max_i relu(x_i - y_i) on the other (Liu et al., 2023, "Metric
     Residual Networks for Sample Efficient Goal-Conditioned Reinforcement Learning").
     """
 

@@ -1,4 +1,4 @@
-"""Methods by name: which agent, with which configuration."""
+"""Methods by name, each an agent class with a configuration."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -43,28 +43,28 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "low": {**_SMALL, "rewards": "0/1"},
     },
 }
-"""Presets by name: what each changes in a method's own configuration, of the fields it has.
+"""Presets by name: the changes to a method's configuration, as far as it has the fields.
 
-What `cpu` changes besides sizes was found by a search, whose log is in `results/search`.
+The values of `cpu` other than sizes were found by a search, which `results/search` documents.
 """
 
 
 @dataclass(frozen=True)
 class Method:
-    """A row of the registry: an agent class with the configuration that makes it this method."""
+    """A row of the registry: an agent class and the configuration that makes it this method."""
 
     name: str
-    agent: Callable[..., Agent[Any]]  # a class, or a `partial` of one that is made of others
+    agent: Callable[..., Agent[Any]]  # a class, or a `partial` of a class that combines agents
     config: AgentConfig  # the `paper` preset
     summary: str  # one line
 
     def preset(self, name: str) -> AgentConfig:
-        """The configuration of a preset; `UserError` if there is none of that name."""
+        """The configuration of the preset called `name`; `UserError` if there is none."""
         return _override(self.config, lookup("preset", PRESETS, name))
 
 
 def _override(config: Any, changes: Mapping[str, Any]) -> Any:
-    """`config` with other values of the fields it has; a mapping changes those of a nested one."""
+    """`config` with the changes to fields that it has; a mapping changes a nested configuration."""
     return replace(
         config,
         **{
@@ -78,7 +78,7 @@ def _override(config: Any, changes: Mapping[str, Any]) -> Any:
 def hierarchy(
     name: str, low: Callable[..., Agent[Any]], config: AgentConfig, *, summary: str, **fields: Any
 ) -> Method:
-    """A flow of subgoals above the agent `low` with its `config`; `fields` are the hierarchy's."""
+    """A flow of subgoals above the agent `low` with `config`; `fields` are the hierarchy's own."""
     return Method(
         name=name,
         agent=partial(FlowHierarchy, low=low),
@@ -91,7 +91,7 @@ _METHODS: dict[str, Method] = {}
 
 
 def register(method: Method) -> None:
-    """Make `method` known under its name; `UserError` if that is taken, or no name."""
+    """Register `method` under its name; `UserError` if the name is taken or invalid."""
     check("a method", method.name)
     if method.name in _METHODS:
         raise UserError(f"method {method.name!r} is already registered: choose another name")
@@ -100,10 +100,10 @@ def register(method: Method) -> None:
 
 
 def get(name: str) -> Method:
-    """The method of that name; `UserError` with the nearest name if there is none."""
+    """The method called `name`; `UserError` that suggests the closest name if there is none."""
     if name not in _METHODS:
         error = unknown_name("method", name, _METHODS)
-        raise UserError(f"{error} (for one of your own, add --plugin FILE)")
+        raise UserError(f"{error} (for a method of your own, add --plugin FILE)")
     return _METHODS[name]
 
 
@@ -116,9 +116,9 @@ def build(
     layout: Mapping[str, slice],
     statistics: Statistics | None = None,
 ) -> Agent[Any]:
-    """The agent of method `name` for observations of these `statistics` in the data.
+    """The agent of method `name`; `statistics` are those of the observations in the data.
 
-    Raises `UserError` if `config` is not of that method's kind, or needs statistics and has none.
+    Raises `UserError` if `config` is not of the method's type, or if it needs missing statistics.
     """
     method = get(name)
     if not isinstance(config, type(method.config)):

@@ -1,8 +1,8 @@
-"""Physics-informed regularisers: residuals of differential equations that a value should obey.
+"""Physics-informed regularisers: residuals of differential equations that a value should satisfy.
 
-A regulariser sees a value function of the state alone, V: (B, n) -> (B,), its goals already bound,
-and returns the values with the residuals, so that the loss beside it needs no second forward pass.
-Nothing here knows the network or the space: V may be the negative of a distance, and the state a
+A regulariser takes a value function of the state only, V: (B, n) -> (B,), with goals already bound,
+and returns the values with the residuals, so that the value loss needs no second forward pass.
+Nothing here depends on the network or the space: V may be a negative distance, and the state a
 low-level representation.
 """
 
@@ -30,7 +30,7 @@ def gradient_norm(value: ValueFunction, states: jax.Array) -> tuple[jax.Array, j
 
 
 def unregularized(value: ValueFunction, states: jax.Array) -> ValuesAndResiduals:
-    """V(s) with residuals of 0."""
+    """V(s) and residuals of 0."""
     values = value(states)
     return values, jnp.zeros_like(values)
 
@@ -38,7 +38,10 @@ def unregularized(value: ValueFunction, states: jax.Array) -> ValuesAndResiduals
 def eikonal_residual(
     value: ValueFunction, states: jax.Array, *, speed: jax.Array | float
 ) -> ValuesAndResiduals:
-    """(||grad_s V|| S(s) - 1)^2, Eq. Eik_reg; `speed` is S(s), one number or (B,)."""
+    """(||grad_s V|| S(s) - 1)^2, the Eikonal residual; `speed` is S(s), a scalar or (B,).
+
+    See "Physics-informed GCRL" in the paper.
+    """
     values, norms = gradient_norm(value, states)
     return values, (norms * speed - 1) ** 2
 
@@ -51,10 +54,11 @@ def hjb_residual(
     epsilon: float,
     direction: Motion = OWN,
 ) -> ValuesAndResiduals:
-    """(grad_s d . u + 1)^2 with d = -V, Eq. ca_hjb.
+    """(grad_s d . u + 1)^2 with d = -V, the contact-aware HJB residual.
 
-    u is the `direction` of motion, by default (s' - s) / (||s' - s|| + epsilon).
-    The slope along u is a forward-mode derivative: one pass gives it together with the value.
+    u is the `direction` of motion, by default (s' - s) / (||s' - s|| + epsilon); see "Contact-aware
+    physics-informed value learning" in the paper. The slope along u is a forward-mode derivative,
+    which one pass computes together with the value.
     """
     directions = direction(states, next_states, epsilon=epsilon)
     values, slopes = jax.jvp(value, (states,), (directions,))
@@ -63,15 +67,15 @@ def hjb_residual(
 
 @dataclass(frozen=True)
 class Regularizer:
-    """Which regulariser a value loss carries, and its constants.
+    """The regulariser of a value loss, and its constants.
 
-    Raises `UserError` if `kind` is none of `RESIDUALS` or a constant is out of range.
+    Raises `UserError` if `kind` is not in `RESIDUALS` or a constant is out of range.
     """
 
     kind: str = "none"  # none, eikonal or hjb
-    weight: float = 1.0  # lambda: the residual's factor in the loss
+    weight: float = 1.0  # lambda: the weight of the residual in the loss
     speed: float = 1.0  # S(s) of the Eikonal equation, the same in all states
-    epsilon: float = 1e-6  # of the HJB direction: keeps it finite where nothing moves
+    epsilon: float = 1e-6  # of the HJB direction, to keep it finite where nothing moves
     direction: str = "own"  # of HJB: own, raw, standardized or positions
 
     def __post_init__(self) -> None:
@@ -87,9 +91,9 @@ class Regularizer:
         next_states: jax.Array,
         direction: Direction = OWN,
     ) -> ValuesAndResiduals:
-        """V(s) and the residual at s, each (B,); the residual is not yet weighted.
+        """V(s) and the residual at s, each (B,); the residual is not weighted.
 
-        `direction` is what the agent's own coordinates make of the one named here.
+        `direction` is the field of that name as resolved in the agent's coordinates.
         """
         return RESIDUALS[self.kind](self, value, states, next_states, direction)
 
@@ -106,4 +110,4 @@ RESIDUALS: Mapping[
         value, states, next_states, epsilon=constants.epsilon, direction=direction
     ),
 }
-"""Residuals by name. A new one is a function above and a row here."""
+"""Residuals by name. To add one, write a function above and add a row here."""

@@ -1,6 +1,6 @@
-"""What networks see of an observation, chosen by the names of its terms.
+"""The parts of an observation that networks see, selected by the names of its terms.
 
-A low level sees less of states than they have, and an agent may see less of goals.
+A low level may see only part of a state, and an agent only part of a goal.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,12 +17,12 @@ JOINTS_CONTACTS = frozenset({"joint_pos", "joint_vel", "gripper_opening", "gripp
 
 
 def is_object(term: str) -> bool:
-    """Does a term of the observation tell of a cube, and not of the robot?"""
+    """Whether a term of the observation describes a cube, not the robot."""
     return term.startswith("cube_")
 
 
 def is_position(term: str) -> bool:
-    """Is a term of the observation the position of a cube?"""
+    """Whether a term of the observation is the position of a cube."""
     return is_object(term) and term.endswith("_pos")
 
 
@@ -31,20 +31,20 @@ REPRESENTATIONS: Mapping[str, Callable[[str], bool]] = {
     "joints_contacts": lambda term: term in JOINTS_CONTACTS,
     "proprio": lambda term: not is_object(term),
 }
-"""Which terms of an observation a representation keeps."""
+"""The terms of an observation that each representation keeps."""
 
 GOALS: Mapping[str, Callable[[str], bool]] = {
     "state": lambda term: True,
     "cubes": is_position,
 }
-"""Which terms of a goal's observation a policy is told: all, or where the cubes are to be, as in
-OGBench's `-oraclerep` environments. Whether a goal is reached does not depend on it."""
+"""The terms of a goal's observation that networks see: all, or the cubes' positions, as in
+OGBench's `-oraclerep` environments. The criterion of success does not depend on this."""
 
 
 class Representation:
-    """x of s: the terms that representation `name` of a table keeps, in the observation's order.
+    """x of s: the terms that representation `name` of `table` keeps, in the observation's order.
 
-    With the `statistics` of observations, x is standardised: of mean 0 and deviation 1 in the data.
+    With the `statistics` of observations, x is standardised to mean 0 and deviation 1 in the data.
 
     Raises `UserError` if there is no such representation, or if it keeps none of `layout`'s terms.
     """
@@ -73,32 +73,32 @@ class Representation:
         return (kept - self._statistics.mean) / self._statistics.deviation
 
     def restore(self, x: jax.Array) -> jax.Array:
-        """The kept terms as they are in an observation: (..., size) to the same."""
+        """The kept terms in the observation's own units: (..., size) to (..., size)."""
         if self._statistics is None:
             return x
         return x * self._statistics.deviation + self._statistics.mean
 
     def lift(self, directions: jax.Array, *, like: jax.Array) -> jax.Array:
-        """Directions in x as such in observations, which are `like`: (..., size) to (..., o)."""
+        """Directions in x as directions in observations shaped `like`: (..., size) to (..., o)."""
         scaled, lifted = directions * self.units, jnp.zeros_like(like)
         for term, part in self._slices.items():
             lifted = lifted.at[..., part].set(scaled[..., self.layout[term]])
         return lifted
 
     def statistics(self, of: Statistics | None) -> Statistics | None:
-        """Those of x, from those of observations."""
+        """The statistics of x, from those of observations."""
         if self._statistics is not None:
             return Statistics.standard(self.size)
         return of and of.select(self._slices)
 
     @property
     def units(self) -> np.ndarray | float:
-        """What a unit of each coordinate of x is in the observation's own, (size,)."""
+        """The size of one unit of each coordinate of x in the observation's units, (size,)."""
         return 1.0 if self._statistics is None else self._statistics.deviation
 
     @cached_property
     def layout(self) -> Mapping[str, slice]:
-        """Where the kept terms lie in x."""
+        """The slices of the kept terms in x."""
         layout, stop = {}, 0
         for term, part in self._slices.items():
             start, stop = stop, stop + part.stop - part.start
@@ -107,5 +107,5 @@ class Representation:
 
     @property
     def size(self) -> int:
-        """Numbers in x."""
+        """The length of x."""
         return max(part.stop for part in self.layout.values())

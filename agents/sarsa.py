@@ -1,7 +1,7 @@
-"""Values of the behaviour in the data, learnt as probabilities: a double critic and a value.
+"""Values of the behaviour policy, learned as probabilities by a double critic and a value.
 
-As in SHARSA (Park et al., 2025, "Horizon Reduction Makes RL Scalable") and in Eqs. hi_critic_loss
-and hi_value_loss of the paper's appendix.
+As in SHARSA (Park et al., 2025, "Horizon Reduction Makes RL Scalable") and in "High-level critic
+and value losses" of the paper's appendix.
 """
 
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ from pigbench.agents.networks import Critic, Value, apply_ensemble, init_ensembl
 
 @dataclass(frozen=True)
 class Sarsa:
-    """Q_1, Q_2(s, a, g) and V(s, g): the expectation of discount^steps to the goal.
+    """Q_1, Q_2(s, a, g) and V(s, g): the expected discount^(steps to the goal).
 
-    The networks give logits of it. An action is any choice made at s, such as a subgoal. Among an
-    agent's parameters they are "critic" (members stacked), which has a target copy, and "value".
+    The networks output its logit. An action is any choice made at s, such as a subgoal. The agent's
+    parameters hold them as "critic" (members stacked), which has a target copy, and "value".
     """
 
     hidden_sizes: tuple[int, ...]
@@ -41,7 +41,7 @@ class Sarsa:
     def init(
         self, key: jax.Array, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
     ) -> Params:
-        """Fresh parameters, for inputs of these shapes."""
+        """Initial parameters, for inputs of these shapes."""
         critic_key, value_key = jax.random.split(key)
         return {
             "critic": init_ensemble(
@@ -69,8 +69,8 @@ class Sarsa:
     ) -> tuple[jax.Array, Metrics]:
         """Binary cross-entropies of Q_1 and Q_2 with their backup, and of V with min(Q_1, Q_2).
 
-        `discounts` (B,) are discount^k for transitions of k steps, and `success` (B,) is 1 where
-        they end at the goal, else 0: the reward there is discount^k, and nothing follows.
+        `discounts` (B,) are discount^k for transitions of k steps. `success` (B,) is 1 where a
+        transition ends at the goal, else 0; the reward there is discount^k, and the goal terminal.
         """
         inputs = {"observations": observations, "actions": actions, "goals": goals}
         next_logits: Any = self.value.apply(
@@ -97,7 +97,7 @@ class Sarsa:
     def score(
         self, params: Params, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
     ) -> jax.Array:
-        """min(Q_1, Q_2) in (0, 1): (..., o), (..., a) and (..., o) to (...,)."""
+        """min(Q_1, Q_2) in (0, 1): (..., o), (..., a) and (..., g) to (...,)."""
         observations, goals = (
             jnp.broadcast_to(inputs, (*actions.shape[:-1], inputs.shape[-1]))
             for inputs in (observations, goals)

@@ -1,7 +1,7 @@
 """The low level of SHARSA and DSHARSA: behaviour cloning with a flow.
 
-Park et al. (2025), "Horizon Reduction Makes RL Scalable". Their high level is that of every method
-in `hierarchy.py`.
+Park et al. (2025), "Horizon Reduction Makes RL Scalable". Their high level is in
+`flow_hierarchy.py`.
 """
 
 from dataclasses import dataclass
@@ -21,10 +21,10 @@ from pigbench.agents.sarsa import Sarsa
 
 @dataclass(frozen=True)
 class FlowCloneConfig(AgentConfig):
-    """Hyper-parameters of the flow clone; defaults are SHARSA's."""
+    """Hyperparameters of the flow clone; the defaults are SHARSA's."""
 
     flow_steps: int = 10
-    candidates: int = 1  # actions drawn; with several, a critic chooses the best
+    candidates: int = 1  # actions drawn; if several, a critic picks the best
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -32,7 +32,7 @@ class FlowCloneConfig(AgentConfig):
 
 
 class FlowClone(Agent[FlowCloneConfig]):
-    """A flow of the data's actions given state and goal, best of several by a SARSA critic."""
+    """A flow of actions given state and goal; a SARSA critic picks the best of several samples."""
 
     goals = tuple(GOALS)
 
@@ -55,7 +55,7 @@ class FlowClone(Agent[FlowCloneConfig]):
         return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
 
     def init(self, key: jax.Array) -> Params:
-        """Parameters of "actor" and, with a critic, of "critic" and "value"."""
+        """Parameters of "actor" and, with a critic, "critic" and "value"."""
         actor_key, values_key = jax.random.split(key)
         states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         actions = jnp.zeros((1, self.action_size))
@@ -69,7 +69,7 @@ class FlowClone(Agent[FlowCloneConfig]):
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: jax.Array
     ) -> tuple[jax.Array, Metrics]:
-        """Flow matching and, with a critic, its losses; they train disjoint networks."""
+        """The flow-matching loss and, with a critic, its losses, which train disjoint networks."""
         actor = self.actor.loss(
             params["actor"],
             observations=batch.observations,
@@ -87,7 +87,7 @@ class FlowClone(Agent[FlowCloneConfig]):
             goals=self.as_goals(batch.value_goals),
             next_observations=batch.next_observations,
             success=batch.value_success,
-            # At the goal no step is left.
+            # At the goal, no step is left.
             discounts=jnp.where(batch.value_success, 1, self.config.discount),
         )
         return combine(actor, values)

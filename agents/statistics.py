@@ -1,4 +1,4 @@
-"""How the coordinates of an observation are distributed in the data: what standardising needs."""
+"""Statistics of the observations in the data, as needed for standardisation."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
@@ -8,13 +8,13 @@ import numpy as np
 from pigbench.errors import UserError
 
 DEVIATION_FLOOR = 0.02
-"""The least deviation that is divided by: a coordinate that hardly moves is noise, not signal."""
+"""The smallest deviation to divide by: a coordinate that hardly moves is noise, not signal."""
 
-_ROWS = 1_000_000  # read at most; the statistics of more are the same to three digits
+_ROWS = 1_000_000  # read at most; the statistics of more rows are the same to three digits
 
 
 class Table(Protocol):
-    """What rows can be taken from, wherever they are."""
+    """Anything that rows can be sliced from, in memory or on disk."""
 
     def __len__(self) -> int: ...
 
@@ -22,14 +22,14 @@ class Table(Protocol):
 
 
 class Statistics(NamedTuple):
-    """Of n coordinates, float32 (n,) each: constants, like the data that they are taken from."""
+    """Mean and deviation of n coordinates, float32 (n,) each; constants, as the data are."""
 
     mean: np.ndarray
     deviation: np.ndarray  # at least `DEVIATION_FLOOR`
 
     @classmethod
     def of(cls, observations: Table) -> "Statistics":
-        """Of the rows of `observations` (N, n); of evenly spaced ones where there are very many."""
+        """Statistics of the rows of `observations` (N, n), evenly subsampled if N is large."""
         stride = -(-len(observations) // _ROWS)
         rows = np.asarray(observations[::stride], np.float64)
         deviation = np.maximum(rows.std(axis=0), DEVIATION_FLOOR)
@@ -37,18 +37,18 @@ class Statistics(NamedTuple):
 
     @classmethod
     def standard(cls, size: int) -> "Statistics":
-        """Of `size` coordinates that are standardised already."""
+        """Statistics of `size` coordinates that are already standardised."""
         return cls(np.zeros(size, np.float32), np.ones(size, np.float32))
 
     def select(self, parts: Mapping[str, slice]) -> "Statistics":
-        """Of some terms of an observation alone, in their order."""
+        """Statistics of some terms of an observation, in their order."""
         return Statistics(
             *(np.concatenate([values[part] for part in parts.values()]) for values in self)
         )
 
 
 def require(statistics: Statistics | None, what: str) -> Statistics:
-    """`statistics`; `UserError` saying that `what` needs them if there are none."""
+    """`statistics`; if there are none, `UserError` saying that `what` needs them."""
     if statistics is None:
         raise UserError(f"{what} needs the statistics of a data set: build the agent with them")
     return statistics

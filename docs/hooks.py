@@ -1,4 +1,4 @@
-"""What lies outside `docs`: results, examples, and the package for the pages of the API."""
+"""Adds what is outside `docs` to the site: results, examples, and the package for the API page."""
 
 import re
 import shutil
@@ -18,14 +18,14 @@ _PACKAGE = _ROOT / "build" / "api" / "pigbench"
 
 @event_priority(100)  # before the plugin looks for the package
 def on_config(config: MkDocsConfig) -> None:
-    """Lays the package out as it is when installed: `agents` and `envs` are parts of it."""
+    """Copy the package as it is laid out when installed, with `agents` and `envs` inside it."""
     shutil.rmtree(_PACKAGE, ignore_errors=True)
     for source, part in {"pigbench": ".", "agents": "agents", "envs": "envs"}.items():
         shutil.copytree(_ROOT / source, _PACKAGE / part, dirs_exist_ok=True)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Adds pages, pictures and logs of `results`, and examples with what they made."""
+    """Add pages, pictures and logs of `results`, and examples with their output."""
     for folder, suffixes in _SHOWN.items():
         for path in sorted((_ROOT / folder).rglob("*")):
             if path.suffix in suffixes:
@@ -35,7 +35,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page, **_: object) -> str:
-    """Links to folders lead to their pages, and those out of `docs` into the site."""
+    """Point links to folders at their pages, and links out of `docs` into the site."""
     source = _ROOT / page.file.src_uri
     if not source.exists():  # a page of `docs`
         source = _ROOT / "docs" / page.file.src_uri

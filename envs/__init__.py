@@ -1,7 +1,7 @@
-"""OGBench's cube environments in JAX, and a robot's: `make("cube-double")` gives a Brax `Env`.
+"""OGBench's cube environments and a real robot's, in JAX: `make("cube-double")` is a Brax `Env`.
 
-Brax, and the MJX that comes with it, take seconds to import: they are when an environment is
-needed, not for the table of environments.
+Brax, and the MJX that comes with it, take seconds to import, so they are imported only when an
+environment is made, not to list environments.
 """
 
 from dataclasses import replace
@@ -31,15 +31,15 @@ SPECS["cube-centre"] = replace(
     SPECS["cube-single"],
     name="cube-centre",
     tasks=TASKS["cube-centre"],
-    success_distance=0.03,  # the nearest of the paper's three: an episode ends with success
-    unobserved=frozenset({"effector_pos"}),  # as the paper lists what its robot's policies see
+    success_distance=0.03,  # the smallest of the paper's three, since success ends an episode
+    unobserved=frozenset({"effector_pos"}),  # not among the observations that the paper lists
     real=True,
     policy="replan",
 )
 
 
 def register(spec: Spec) -> None:
-    """Make an environment known under its name; `UserError` if that is taken, or no name."""
+    """Register an environment under its name; `UserError` if the name is taken or invalid."""
     check("an environment", spec.name)
     if spec.name in SPECS:
         raise UserError(f"environment {spec.name!r} is already registered: choose another name")
@@ -47,7 +47,7 @@ def register(spec: Spec) -> None:
 
 
 def names() -> tuple[str, ...]:
-    """The registered environments."""
+    """The names of the registered environments."""
     return tuple(SPECS)
 
 
@@ -65,11 +65,11 @@ def make(
     reality: "Reality | None" = None,
     reward: str = "sparse",
 ) -> "CubeEnv":
-    """The environment of that name; UserError for an unknown name.
+    """The environment called `name`; `UserError` if there is none.
 
-    `engine` is one of `physics.ENGINES`, by default the one for JAX's device. `reality` is what
-    makes the world hard to know and to act in; by default, for a real robot's environment, `REAL`.
-    `reward` is one of `rewards.REWARDS`, by default the benchmark's.
+    `engine` is a key of `physics.ENGINES`, by default the one for JAX's device. `reality` holds the
+    imperfections of sensing and acting; the default is `REAL` for a real robot's environment, else
+    none. `reward` is a key of `rewards.REWARDS`, by default the benchmark's.
     """
     from pigbench.envs import environment, physics
     from pigbench.envs.reality import REAL

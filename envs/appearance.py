@@ -1,10 +1,10 @@
-"""What the scene looks like: the model with colours, lights, goal cubes and a robot's shape.
+"""The appearance of the scene: colours, lights, goal cubes and the shape of the robot.
 
-Where the `ogbench` package is installed, the robot is drawn with its meshes, read from there;
-elsewhere its links are drawn as capsules.
+If the `ogbench` package is installed, the robot is drawn with the meshes in it; otherwise, its
+links are drawn as capsules.
 """
 
-# mujoco's compiled modules carry no types.
+# mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
 import importlib.util
@@ -15,7 +15,7 @@ import mujoco
 
 from pigbench.envs import robot, scene
 
-# Colours as red, green, blue; cubes, floor and lights as in OGBench's pictures.
+# Colours are red, green, blue; cubes, floor and lights are as in OGBench's pictures.
 CUBE_COLORS = (
     (0.96, 0.26, 0.33),
     (0.35, 0.55, 0.91),
@@ -31,14 +31,14 @@ CAPSULE_COLOR = (0.6, 0.72, 0.94)
 FLOOR_COLORS = (0.08, 0.11, 0.16), (0.15, 0.18, 0.25)
 FLOOR_MARK = (0.8, 0.8, 0.8)
 SKY_COLORS = (0.15, 0.18, 0.25), (0.0, 0.0, 0.0)
-NOWHERE = (0.0, 0.0, -1.0)  # under the floor, where a goal cube is not seen
+NOWHERE = (0.0, 0.0, -1.0)  # under the floor, where a goal cube is invisible
 
-HIDDEN, SHOWN = 3, 1  # groups: MuJoCo draws those up to 2
+HIDDEN, SHOWN = 3, 1  # geom groups: MuJoCo draws those up to 2
 _ARM_RADIUS, _FINGER_RADIUS = 0.045, 0.006  # metres
 
 
 class Meshes(NamedTuple):
-    """A description in the `ogbench` package: its bodies' names there, for those unlike ours."""
+    """A robot description in the `ogbench` package, and its body names that differ from ours."""
 
     file: str
     renamed: dict[str, str]
@@ -59,7 +59,7 @@ MESHES = (
 
 
 def mesh_folder() -> Path | None:
-    """Where the `ogbench` package keeps its robots; None where it is not installed."""
+    """The folder of robot descriptions in the `ogbench` package; None if it is not installed."""
     package = importlib.util.find_spec("ogbench")
     if package is None or not package.submodule_search_locations:
         return None
@@ -67,9 +67,9 @@ def mesh_folder() -> Path | None:
 
 
 def build(num_cubes: int, *, width: int, height: int) -> mujoco.MjModel:
-    """The model to draw pictures of, up to `width` by `height` pixels.
+    """The model for rendering, at up to `width` by `height` pixels.
 
-    Its qpos is the scene's; the cubes' goals are its mocap bodies, in order.
+    Its qpos is the scene's; its mocap bodies are the cubes' goals, in order.
     """
     spec = scene.describe(num_cubes, "exact")
     _set_view(spec, width, height)
@@ -146,7 +146,7 @@ def _color_cube(spec: mujoco.MjSpec, index: int) -> None:
 
 
 def _add_capsules(spec: mujoco.MjSpec) -> None:
-    """One from each link's origin to that of the next."""
+    """Add a capsule from each link's origin to that of the next."""
     arm = {link.name for link in robot.ARM}
     for link in robot.LINKS:
         if link.parent != "world" and any(link.pos):
@@ -161,7 +161,7 @@ def _add_capsules(spec: mujoco.MjSpec) -> None:
 
 
 def _add_meshes(spec: mujoco.MjSpec, folder: Path, description: Meshes) -> None:
-    """The visible meshes of a description, on our bodies: their frames are the same."""
+    """Add the visible meshes of a description to our bodies, whose frames are the same."""
     source = mujoco.MjSpec.from_file(str(folder / description.file))
     prefix = Path(description.file).stem
     files = Path(source.modelfiledir) / source.meshdir
@@ -180,7 +180,7 @@ def _add_meshes(spec: mujoco.MjSpec, folder: Path, description: Meshes) -> None:
 
 
 def _hide_boxes(spec: mujoco.MjSpec) -> None:
-    """The gripper's boxes that collide, where meshes are seen in their place."""
+    """Hide the gripper's collision boxes, which the meshes replace."""
     for name in ("right_pad", "left_pad", *(box.link for box in scene.LINK_BOXES)):
         for geom in spec.body(name).geoms:
             if geom.type == mujoco.mjtGeom.mjGEOM_BOX:
@@ -188,5 +188,5 @@ def _hide_boxes(spec: mujoco.MjSpec) -> None:
 
 
 def _add_shape(body: mujoco.MjsBody, kind: mujoco.mjtGeom, rgba, **shape) -> None:
-    """What is only seen: it collides with nothing."""
+    """Add a purely visual geom, which collides with nothing."""
     body.add_geom(type=kind, rgba=rgba, contype=0, conaffinity=0, group=SHOWN, mass=0, **shape)

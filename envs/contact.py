@@ -1,21 +1,21 @@
-"""What the gripper does to cubes, told from the force on its pad and from where things are."""
+"""Whether the gripper touches or holds a cube, from the force on its pad and from positions."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 HOLDING_DISTANCE = 0.02
-"""Metres from the pinch point to the centre of a cube that is held: half of the cube's edge."""
+"""Metres from the pinch point to a cube's centre within which it is held: half a cube's edge."""
 
 TOUCHING_DISTANCE = 0.04
-"""Metres likewise of a cube that is touched. Farther from all cubes, the fingers touch each other:
-of the rows of play data with a force there, 98 % have them shut."""
+"""Metres within which it is touched. A force farther from all cubes comes from the fingers touching
+each other: in 98 % of such rows of play data, they are shut."""
 
 Array = jax.Array | np.ndarray
 
 
 def feels(force: Array, pinch: Array, cubes: Array, *, within: float) -> jax.Array:
-    """Whether the pad feels a force with the pinch point `within` so many metres of each cube.
+    """Whether there is a force on the pad and the pinch point is `within` metres of each cube.
 
     Args:
         force: (...) on the right finger's pad, in any unit.

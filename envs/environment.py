@@ -1,4 +1,4 @@
-"""The cube environment: move every cube to its target, as Brax's `Env` with Brax's `State`."""
+"""The cube environment, a Brax `Env` with Brax's `State`: move every cube to its target."""
 
 from dataclasses import replace
 
@@ -22,22 +22,22 @@ with quiet():
     from brax.envs.base import Env, State
 
 SETTLING_STEPS = 2  # random control steps before a goal scene is observed
-USER_TASK = 0  # task id of a scene the user gave; the tasks of the table count from 1
-_REALITY = 1000  # folded into an episode's key, for what is drawn of the reality around it
-NO_TASK = -1  # what stands for an id that is none, where it is known only as the program runs
+USER_TASK = 0  # task id of a scene that the user gave; ids of the table's tasks start at 1
+_REALITY = 1000  # folded into an episode's key, for the draws of its `reality`
+NO_TASK = -1  # replaces an invalid task id that is traced, so that it cannot be refused
 
 
 class CubeEnv(Env):
     """A UR5e that rearranges cubes.
 
-    The observation is `layout`'s, the action (5,) in [-1, 1] that of `envs.control`. The reward is
-    1 on success, else 0, or another of `envs.rewards`. An episode is done when every cube lies
-    within the spec's `success_distance` of its target, or the simulation has diverged; time limits
-    are a wrapper's (`episode_length` is OGBench's).
+    `layout` describes the observation, and `envs.control` the action, (5,) in [-1, 1]. The reward
+    is 1 on success, else 0, or another of `envs.rewards`. An episode is done when every cube is
+    within the spec's `success_distance` of its target, or when the simulation has diverged; time
+    limits are left to a wrapper (`episode_length` is OGBench's).
 
     `state.info` has goal (the goal's observation), target (num_cubes, 3), task (an id from 1,
-    USER_TASK or NO_TASK), success and diverged (bool), and senses, what stands between whoever acts
-    and the simulation; without `reality`, None. All methods are for one environment: vmap them.
+    USER_TASK or NO_TASK), success and diverged (bool), and senses (the state of `reality`; None
+    without one). All methods are for a single environment: vmap them.
     """
 
     def __init__(
@@ -59,12 +59,12 @@ class CubeEnv(Env):
 
     @property
     def observation_size(self) -> int:
-        """Length of the observation."""
+        """The length of the observation."""
         return self.layout.size
 
     @property
     def action_size(self) -> int:
-        """Length of the action."""
+        """The length of the action."""
         return control.ACTION_SIZE
 
     @property
@@ -74,31 +74,31 @@ class CubeEnv(Env):
 
     @property
     def num_tasks(self) -> int:
-        """Number of evaluation tasks, whose ids are 1 to this."""
+        """The number of evaluation tasks, whose ids are 1 to `num_tasks`."""
         return len(self.spec.tasks)
 
     @property
     def episode_length(self) -> int:
-        """Control steps after which an evaluation episode has failed."""
+        """The number of control steps after which an evaluation episode has failed."""
         return self.spec.episode_length
 
     def check_task(self, task: jax.Array | int) -> None:
-        """Raises UserError for the id of a task that there is not."""
+        """Raise `UserError` if there is no task with that id."""
         if not 1 <= task <= self.num_tasks:
             raise UserError(f"task is {task}: {self.spec.name} has tasks 1 to {self.num_tasks}")
 
     @jax_defaults()
     def reset(self, rng: jax.Array) -> State:
-        """Start one of the tasks, drawn at random."""
+        """Start a task drawn at random."""
         task_key, key = jax.random.split(rng)
         return self.reset_task(key, jax.random.randint(task_key, (), 1, self.num_tasks + 1))
 
     @jax_defaults()
     def reset_task(self, key: jax.Array, task: jax.Array | int) -> State:
-        """Start the task of that id: its cubes permuted at random, the start slightly shifted.
+        """Start the task with that id, with the cubes permuted and their starts shifted at random.
 
-        Raises UserError for an id that there is not. A traced one cannot be refused: the nearest
-        task starts, and `info` names it NO_TASK.
+        Raises `UserError` if there is no such id. A traced id cannot be refused: the nearest task
+        starts, and `info` has the task NO_TASK.
         """
         if not isinstance(task, Tracer):
             self.check_task(task)
@@ -123,8 +123,8 @@ class CubeEnv(Env):
         """Start with the cubes near `start` and their targets at `goal`, (num_cubes, 3) in metres.
 
         As in OGBench, the goal's observation is that of the goal scene after two random steps, with
-        the arm at a random pose. Start positions are shifted in x and y by up to `jitter` metres,
-        one number or (2,); cubes start at `yaw` (num_cubes,), radians, by default at random.
+        the arm in a random pose. Start positions are shifted in x and y by up to `jitter` metres, a
+        scalar or (2,). Cubes start at `yaw` (num_cubes,), radians, random by default.
         """
         goal_key, arm_key, jitter_key, yaw_key = jax.random.split(key, 4)
         start, goal = jnp.asarray(start, jnp.float32), jnp.asarray(goal, jnp.float32)
@@ -138,7 +138,7 @@ class CubeEnv(Env):
 
     @jax_defaults()
     def random_scene(self, key: jax.Array) -> PhysicsState:
-        """A scene with no task, as data collection begins: cubes at random on the table."""
+        """A scene without a task, for data collection: cubes at random places on the table."""
         arm_key, cube_key, yaw_key = jax.random.split(key, 3)
         xy = workspace.CUBE.sample(cube_key, (self.spec.num_cubes,))
         height = jnp.full((self.spec.num_cubes, 1), CUBE_HALF_SIZE)
@@ -147,14 +147,14 @@ class CubeEnv(Env):
 
     @jax_defaults()
     def step(self, state: State, action: jax.Array) -> State:
-        """One control step of 0.05 s. A state that is done stays as it is."""
+        """One control step of 0.05 s. A state that is done does not change."""
         physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
         world = World(physics_state, state.info["senses"])
         return self._next(state, self.advance(world, action, active=state.done == 0))
 
     @jax_defaults()
     def begin(self, key: jax.Array, physics_state: PhysicsState) -> World:
-        """The world of an episode that starts with a simulation at rest."""
+        """The world of an episode that starts from a simulation at rest."""
         if self.reality is None:
             return World(physics_state, None)
         key = jax.random.fold_in(key, _REALITY)
@@ -162,7 +162,7 @@ class CubeEnv(Env):
 
     @jax_defaults()
     def advance(self, world: World, action: jax.Array, active: jax.Array | bool = True) -> World:
-        """One control step of a world; one that is not active stays as it is."""
+        """One control step of a world; a world that is not active does not change."""
         if self.reality is None or world.senses is None:
             return World(self.simulate(world.physics, action, active), None)
         senses, due = reality.act(world.senses, action)
@@ -172,14 +172,14 @@ class CubeEnv(Env):
         return World(physics_state, senses)
 
     def perceive(self, world: World) -> PhysicsState:
-        """A world's simulation as whoever acts in it knows it."""
+        """The simulation of a world as the policy perceives it."""
         return reality.perceived(self.scene, world)
 
     @jax_defaults()
     def simulate(
         self, physics_state: PhysicsState, action: jax.Array, active: jax.Array | bool = True
     ) -> PhysicsState:
-        """One control step of the bare simulation, which knows no task; see `Physics.step`."""
+        """One control step of the bare simulation, without a task; see `Physics.step`."""
         ctrl = control.servo_targets(self.scene, physics_state, action)
         return self.physics.step(physics_state, ctrl, active)
 
@@ -199,7 +199,7 @@ class CubeEnv(Env):
         )[0]
 
     def _place(self, arm_key: jax.Array, cubes: jax.Array, yaw: jax.Array) -> PhysicsState:
-        """A scene at rest: the arm at a random pose, the cubes at positions and yaws."""
+        """A scene at rest: the arm in a random pose, the cubes at given positions and yaws."""
         pos_key, yaw_key = jax.random.split(arm_key)
         home = jnp.array(self.scene.home_qpos, jnp.float32)
         joints = kinematics.inverse(

@@ -1,8 +1,8 @@
 """Closed-form inverse kinematics of the UR5e with the gripper pointing straight down.
 
 With the tool vertical, the axes of shoulder lift, elbow and wrist 1 are parallel and the second
-wrist joint stands at -pi/2, so the arm is a planar two-link chain on a turntable. The branch is
-that of the home pose (elbow up, shoulder to the right), which the arm never leaves inside the
+wrist joint is at -pi/2, so the arm is a planar two-link chain on a turntable. The solution is on
+the branch of the home pose (elbow up, shoulder to the right), which the arm never leaves inside the
 workspace.
 """
 
@@ -17,19 +17,19 @@ TOOL_LENGTH = robot.FLANGE_OFFSET + robot.GRIPPER_MOUNT + robot.GRIPPER_BASE + r
 
 
 def inverse(pinch_pos: jax.Array, pinch_yaw: jax.Array, near: jax.Array) -> jax.Array:
-    """Joint angles that put the pinch point at a pose, gripper down.
+    """Joint angles that bring the pinch point to a pose, with the gripper pointing down.
 
     Args:
-        pinch_pos: (..., 3) in metres, in the world's frame.
+        pinch_pos: (..., 3) in metres, in the world frame.
         pinch_yaw: (...) in radians.
-        near: (..., 6) joint angles; of solutions equal by whole turns, the one in which the joints
-            turn least from these, and the tool (not the last joint, which carries it) turns least.
+        near: (..., 6) joint angles. Among solutions that differ by whole turns, the joints turn
+            least from these, and for the last joint it is the tool that turns least.
 
     Returns:
-        Joint angles, (..., 6). A point out of reach gives the arm stretched towards it.
+        Joint angles, (..., 6). If the point is out of reach, the arm is stretched towards it.
     """
     x, y, z = jnp.moveaxis(pinch_pos, -1, 0)
-    # The base is turned a quarter about z: its x axis is the world's y.
+    # The base is rotated by a quarter turn about z: its x axis is the world's y axis.
     base_x, base_y = y, -x
     reach = jnp.sqrt(jnp.maximum(base_x**2 + base_y**2 - LATERAL_OFFSET**2, 0.0))
     shoulder_pan = jnp.arctan2(base_y, base_x) - jnp.arctan2(LATERAL_OFFSET, reach)
@@ -46,6 +46,6 @@ def inverse(pinch_pos: jax.Array, pinch_yaw: jax.Array, near: jax.Array) -> jax.
     wrist_2 = jnp.full_like(elbow, -jnp.pi / 2)
     wrist_3 = shoulder_pan + jnp.pi / 2 - pinch_yaw
     joints = jnp.stack([shoulder_pan, shoulder_lift, elbow, wrist_1, wrist_2, wrist_3], axis=-1)
-    # Where the last joint would have to stand for the tool to keep its yaw.
+    # The angle of the last joint at which the tool would keep its yaw.
     steady = near[..., 5] + nearest_turn(shoulder_pan, near[..., 0]) - near[..., 0]
     return nearest_turn(joints, jnp.append(near[..., :5], steady[..., None], axis=-1))

@@ -1,6 +1,6 @@
 """The observation: a table of named terms, each a small function of the simulation's state.
 
-Robot terms come first, then the terms of each cube. Other code asks for slices by name.
+Robot terms come first, then the terms of each cube. Other code looks up slices by name.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -15,14 +15,14 @@ from pigbench.envs.rotations import quat_yaw
 from pigbench.envs.scene import Scene
 from pigbench.envs.units import CENTRE, POSITION_SCALE
 
-# Scales that bring every term to order one, as in OGBench.
+# Scales that bring every term to order 1, as in OGBench.
 OPENING_SCALE = 3.0
 PAD_FORCE_SCALE = 1 / 50
 
 
 @dataclass(frozen=True)
 class Term:
-    """A named part of the observation, `size` numbers, and in words what they mean."""
+    """A named part of the observation, its length `size`, and its meaning in words."""
 
     name: str
     size: int
@@ -31,7 +31,7 @@ class Term:
 
 
 def gripper_opening(scene: Scene, state: PhysicsState) -> jax.Array:
-    """What OGBench calls the gripper's opening, () in [0, 1]: 0 is open and 1 is shut."""
+    """The gripper's opening in OGBench's sense, () in [0, 1]: 0 is open and 1 is shut."""
     return jnp.clip(state.qpos[scene.driver] / robot.GRIPPER_CLOSED, 0.0, 1.0)
 
 
@@ -114,9 +114,9 @@ def _cube_terms(index: int) -> tuple[Term, ...]:
 
 
 class Layout(Mapping[str, slice]):
-    """The observation's terms in order: a mapping from a term's name to its slice.
+    """The observation's terms in order, as a mapping from a term's name to its slice.
 
-    It has all terms but those in `unobserved`.
+    It has all terms except those in `unobserved`.
     """
 
     def __init__(self, num_cubes: int, unobserved: Collection[str] = ()):

@@ -1,4 +1,4 @@
-"""Imports without the greetings that mujoco-mjx and NVIDIA Warp print."""
+"""Imports without the messages that mujoco-mjx and NVIDIA Warp print on import."""
 
 import contextlib
 import io
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    """Nothing that is imported within prints, and Warp is told to mention errors only."""
+    """Suppress what imports inside the block print, and have Warp report errors only."""
     with contextlib.redirect_stdout(io.StringIO()):
         with contextlib.suppress(ImportError):
             import warp  # pyright: ignore[reportMissingImports]

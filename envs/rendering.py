@@ -1,6 +1,6 @@
-"""Drawing states of a simulation as pictures, on machines without a screen too."""
+"""Rendering of simulation states, also on machines without a display."""
 
-# mujoco's compiled modules carry no types.
+# mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
 import importlib
@@ -15,9 +15,9 @@ from pigbench.errors import UserError
 
 
 class Renderer:
-    """Draws scenes of `num_cubes` cubes, `width` by `height` pixels. A context manager.
+    """Renders scenes of `num_cubes` cubes at `width` by `height` pixels; a context manager.
 
-    Raises UserError where nothing can be drawn.
+    Raises `UserError` if rendering does not work on this machine.
     """
 
     def __init__(
@@ -34,9 +34,9 @@ class Renderer:
         self._canvas.close()
 
     def draw(self, qpos: np.ndarray, goal: np.ndarray | None = None) -> np.ndarray:
-        """A picture (height, width, 3) in uint8 of the state qpos (nq,).
+        """An image (height, width, 3) in uint8 of the state qpos (nq,).
 
-        `goal` (num_cubes, 3), metres, is where translucent cubes show the goal.
+        `goal` (num_cubes, 3), in metres, is where translucent cubes mark the goal.
         """
         self._data.qpos[:] = qpos
         self._data.mocap_pos[:] = appearance.NOWHERE if goal is None else goal
@@ -45,7 +45,7 @@ class Renderer:
 
 
 class Canvas:
-    """Draws a MuJoCo model as its free camera sees it. Raises UserError where that cannot be."""
+    """Renders a MuJoCo model from its free camera; `UserError` if that does not work here."""
 
     def __init__(
         self, model: mujoco.MjModel, *, width: int, height: int, shadows: bool = True
@@ -61,7 +61,7 @@ class Canvas:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
 
     def draw(self, data: mujoco.MjData) -> np.ndarray:
-        """A picture (height, width, 3) in uint8 of a state that `mj_forward` has been called on."""
+        """An image (height, width, 3) in uint8 of a state on which `mj_forward` has been called."""
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(
             self.model, data, self._option, None, self._camera, everything, self._scene
@@ -70,25 +70,25 @@ class Canvas:
         self._opengl.make_current()
         mujoco.mjr_render(self._frame, self._scene, self._context)
         mujoco.mjr_readPixels(picture, None, self._frame, self._context)
-        return picture[::-1]  # OpenGL begins at the bottom
+        return picture[::-1]  # OpenGL's rows start at the bottom
 
     def close(self) -> None:
-        """Give back what OpenGL holds."""
+        """Release OpenGL's resources."""
         self._opengl.make_current()
         self._context.free()
         self._opengl.free()
 
 
 def _opengl(width: int, height: int) -> Any:
-    """A current OpenGL context of MuJoCo's."""
+    """An OpenGL context from MuJoCo, made current."""
     name = opengl.choose()
     try:
         context = importlib.import_module(f"mujoco.{name}").GLContext(width, height)
         context.make_current()
-    # What goes wrong depends on the driver, and so does the kind of error.
+    # The type of the exception depends on the driver.
     except Exception as error:
         raise UserError(
-            f"nothing can be drawn here with OpenGL by {name} ({error}); set MUJOCO_GL to another "
+            f"nothing can be drawn here with OpenGL by {name} ({error}): set MUJOCO_GL to another "
             f"of {', '.join(opengl.LIBRARIES)}"
         ) from error
     return context

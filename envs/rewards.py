@@ -1,7 +1,7 @@
-"""What a step is worth: a table of rewards, each a small function of where things are after it.
+"""A table of rewards, each a small function of the situation after a step.
 
-The benchmark's is sparse. The dense ones are for reinforcement learning from scratch: costs in
-metres, so that an episode that ends early with success costs less.
+The benchmark's reward is sparse. The dense ones are for reinforcement learning from scratch: they
+are costs in metres, so that an episode that ends early with success costs less.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 
 class Situation(NamedTuple):
-    """One simulation after a control step, positions in metres."""
+    """One simulation after a control step; positions are in metres."""
 
     pinch: jax.Array  # (3,)
     cubes: jax.Array  # (num_cubes, 3)
@@ -32,8 +32,8 @@ def reach(situation: Situation) -> jax.Array:
 
 
 def place(situation: Situation) -> jax.Array:
-    """Minus the distances of all cubes from their targets, and of the pinch point from the nearest
-    cube that is not at its own, if there is one.
+    """Minus the sum of the cubes' distances to their targets, and minus the pinch point's distance
+    to the nearest cube that is not at its target, if there is one.
     """
     to_pinch = _distances(situation.cubes, situation.pinch)
     nearest = jnp.where(situation.placed, jnp.inf, to_pinch).min()

@@ -1,8 +1,8 @@
 """The UR5e arm with the Robotiq 2F-85 gripper, as tables of links, joints and actuators.
 
-Lengths in metres, masses in kilograms, angles in radians. The numbers are those of the robot
-in OGBench (which takes them from the manufacturers' descriptions); inertias that OGBench
-derives from meshes stand here as their compiled values.
+Lengths are in metres, masses in kilograms, angles in radians. The numbers are those of the robot in
+OGBench (which takes them from the manufacturers' descriptions); inertias that OGBench derives from
+meshes are given here by their compiled values.
 """
 
 import math
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 Vector = tuple[float, ...]
 
-# Softness (time constant, damping ratio) and impedance of the gripper's linkage and joint stops.
+# Softness (time constant, damping ratio) and impedance of the gripper's linkage and joint limits.
 STIFF_SOLREF: Vector = (0.005, 1.0)
 STIFF_SOLIMP: Vector = (0.95, 0.99, 0.001)
 DEFAULT_SOLREF: Vector = (0.02, 1.0)
@@ -19,7 +19,7 @@ DEFAULT_SOLIMP: Vector = (0.9, 0.95, 0.001)
 
 @dataclass(frozen=True)
 class Joint:
-    """A hinge of a link: axis and anchor in the link's frame, limits, and passive dynamics."""
+    """A link's hinge: axis and anchor in the link's frame, limits, and passive dynamics."""
 
     name: str
     axis: Vector
@@ -35,7 +35,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid body: pose in its parent's frame, inertia in its own, and the joint it moves by."""
+    """A rigid body: pose in its parent's frame, inertia in its own frame, and its joint, if any."""
 
     name: str
     parent: str
@@ -70,7 +70,7 @@ def _arm_joint(name: str, axis: Vector, limits: Vector = _TURN) -> Joint:
     return Joint(name, axis, limits, armature=0.1)
 
 
-# Distances between the arm's joint axes: links and inverse kinematics follow from them.
+# Distances between the arm's joint axes, from which links and inverse kinematics follow.
 SHOULDER_HEIGHT = 0.163
 SHOULDER_OFFSET = 0.138
 ELBOW_OFFSET = -0.131
@@ -166,12 +166,12 @@ ARM = (
 )
 
 GRIPPER_CLOSED = (
-    0.8  # driver angle at which the fingers are shut: gripper opening 1 in OGBench's sense
+    0.8  # driver angle at which the fingers are shut: an opening of 1 in OGBench's sense
 )
 
 
 def _finger(side: str) -> tuple[Link, ...]:
-    """One finger's four-bar linkage; the left one is the right one turned half a turn about z."""
+    """One finger's four-bar linkage; the left one is the right one rotated half a turn about z."""
     sign = {"right": 1.0, "left": -1.0}[side]
     quat = {"right": (1.0, 0.0, 0.0, 0.0), "left": (0.0, 0.0, 0.0, 1.0)}[side]
 
@@ -273,7 +273,7 @@ ARM_SERVOS = (
     Servo("wrist_3", 500, 100, (-6.2831, 6.2831), 28),
 )
 
-# The gripper's servo acts on the mean of both driver angles; its control is 0 (open) to 255 (shut).
+# The gripper's servo acts on the mean driver angle; its control is 0 (open) to 255 (shut).
 GRIPPER_CONTROL_MAX = 255.0
 GRIPPER_GAIN = 0.3137255
 GRIPPER_STIFFNESS = 100.0

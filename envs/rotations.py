@@ -1,4 +1,4 @@
-"""Angles and quaternions (w, x, y, z); elementwise, so that any leading dimensions do."""
+"""Angles, quaternions (w, x, y, z) and rotation matrices; "..." is any leading dimensions."""
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +10,7 @@ def wrap(angle: jax.Array) -> jax.Array:
 
 
 def nearest_turn(angle: jax.Array, reference: jax.Array) -> jax.Array:
-    """The same angle, by whole turns nearest to `reference`."""
+    """The same angle, shifted by whole turns to be nearest to `reference`."""
     return reference + wrap(angle - reference)
 
 
@@ -36,19 +36,19 @@ def quat_product(one: jax.Array, other: jax.Array) -> jax.Array:
 
 
 def quat_yaw(quat: jax.Array) -> jax.Array:
-    """The yaw (...) of a quaternion (..., 4), of the roll-pitch-yaw angles."""
+    """The yaw (...) of a quaternion (..., 4), as one of the roll-pitch-yaw angles."""
     w, x, y, z = jnp.moveaxis(quat, -1, 0)
     return jnp.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def nearest_symmetry(yaw: jax.Array, reference: jax.Array, fold: int = 4) -> jax.Array:
-    """The yaw equal to `yaw` up to the `fold`-fold symmetry of a cube, nearest to `reference`."""
+    """The yaw nearest to `reference` that equals `yaw` up to the `fold`-fold symmetry of a cube."""
     step = 2 * jnp.pi / fold
     return yaw + step * jnp.round((reference - yaw) / step)
 
 
 def quat_rotation(quat: jax.Array) -> jax.Array:
-    """The rotation matrix (3, 3) of a quaternion (4,) of any length but zero."""
+    """The rotation matrix (3, 3) of a quaternion (4,) of any nonzero length."""
     w, x, y, z = quat / jnp.sqrt(jnp.sum(quat**2))
     return jnp.array(
         [
@@ -67,7 +67,7 @@ def axis_rotation(axis: jax.Array, angle: jax.Array) -> jax.Array:
 
 
 def rotation_vector(rotation: jax.Array) -> jax.Array:
-    """Axis times angle (3,) of a rotation matrix (3, 3) by less than half a turn."""
+    """The axis times the angle (3,) of a rotation matrix (3, 3) of less than half a turn."""
     twice_sine = jnp.stack(
         [
             rotation[2, 1] - rotation[1, 2],

@@ -1,11 +1,11 @@
-"""The MuJoCo model of robot, floor, walls and cubes, and where all lies in its state vectors.
+"""The MuJoCo model of robot, floor, walls and cubes, and the layout of its state vectors.
 
-What collides is what OGBench's own play data brings into contact, as explicit pairs: pads, cubes,
-floor, walls and, where a grasp goes wrong, links of the gripper. Two profiles of one scene: `exact`
-gives each finger OGBench's two pad boxes, `fast` one box a finger.
+Explicit contact pairs are those that occur in OGBench's own play data: pads, cubes, floor, walls
+and, where a grasp goes wrong, links of the gripper. The scene has two profiles: `exact` gives each
+finger OGBench's two pad boxes, and `fast` gives it one.
 """
 
-# mujoco's compiled modules carry no types.
+# mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
 import math
@@ -25,7 +25,7 @@ PHYSICS_STEP = 0.002
 CONTROL_STEP = 0.05
 SUBSTEPS = round(CONTROL_STEP / PHYSICS_STEP)
 
-# Wall name -> (half sizes, centre), a box around the workspace that keeps cubes in.
+# Wall name -> (half sizes, centre). Walls around the workspace keep cubes inside.
 WALLS = {
     "wall_near": ((0.003, 0.38, 0.2), (0.22, 0.0, 0.1)),
     "wall_right": ((0.205, 0.003, 0.2), (0.425, -0.38, 0.1)),
@@ -53,7 +53,7 @@ class LinkBox:
     tilt: float = 0.0  # radians
 
 
-# Each has one face in common with OGBench's mesh, the one that cubes get at.
+# Each shares one face with OGBench's mesh, the one that cubes can reach.
 LINK_BOXES = (
     LinkBox("gripper_base", (0.01, 0.0155, 0.01), (0.0, 0.0, 0.08)),
     *(
@@ -78,7 +78,7 @@ PROFILES = {
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact parameters of a pair: constraint softness, impedance and sliding friction."""
+    """Contact parameters of a pair of geoms: softness, impedance and sliding friction."""
 
     solref: robot.Vector
     solimp: robot.Vector
@@ -89,24 +89,24 @@ _TORSION, _ROLLING = 0.005, 0.0001
 _STIFF, _SOFT = (
     0.004,
     robot.DEFAULT_SOLREF[0],
-)  # contact time constants of cubes and pads, and of the floor
+)  # contact time constants: of cubes and pads, and of the floor
 CUBE_CUBE = Contact((_STIFF, 1.0), robot.DEFAULT_SOLIMP, 1.0)
 CUBE_OTHER = Contact(
     ((_STIFF + _SOFT) / 2, 1.0), robot.DEFAULT_SOLIMP, 1.0
-)  # MuJoCo mixes equal parts
+)  # MuJoCo averages the two
 
 
 def _pad_contact(friction: float) -> Contact:
-    """Pads take priority over what they touch, so the softness and friction are theirs."""
+    """The contact of a pad, whose own softness and friction take priority over the other geom's."""
     return Contact((_STIFF, 1.0), robot.STIFF_SOLIMP, friction)
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled model with the places of its parts.
+    """A compiled model and the slices of its parts.
 
-    qpos is [arm 6, gripper 8, then per cube position 3 and quaternion 4]; qvel is [arm 6,
-    gripper 8, then per cube linear 3 and angular 3]; ctrl is [arm 6, gripper 1].
+    qpos is [arm 6, gripper 8, then position 3 and quaternion 4 per cube]; qvel is [arm 6,
+    gripper 8, then linear 3 and angular 3 per cube]; ctrl is [arm 6, gripper 1].
     """
 
     model: mujoco.MjModel
@@ -119,34 +119,34 @@ class Scene:
 
     @property
     def cubes_qpos(self) -> slice:
-        """The cubes' part of qpos: num_cubes blocks of position 3 and quaternion 4."""
+        """The cubes' slice of qpos: num_cubes blocks of position 3 and quaternion 4."""
         return slice(self.gripper.stop, self.gripper.stop + 7 * self.num_cubes)
 
     @property
     def cubes_qvel(self) -> slice:
-        """The cubes' part of qvel: num_cubes blocks of linear 3 and angular 3."""
+        """The cubes' slice of qvel: num_cubes blocks of linear 3 and angular 3."""
         return slice(self.gripper.stop, self.gripper.stop + 6 * self.num_cubes)
 
     @cached_property
     def cube_bodies(self) -> np.ndarray:
-        """The numbers of the cubes among the model's bodies, (num_cubes,)."""
+        """The body ids of the cubes, (num_cubes,)."""
         return np.array([self.model.body(f"cube_{i}").id for i in range(self.num_cubes)])
 
     @cached_property
     def home_qpos(self) -> np.ndarray:
-        """The state with the arm at home, the gripper open and the cubes in a row, (nq,)."""
+        """The qpos (nq,) with the arm at home, the gripper open and the cubes in a row."""
         qpos = self.model.qpos0.copy()
         qpos[self.arm] = robot.HOME
         return qpos
 
 
 def build(num_cubes: int, profile: str = "exact") -> Scene:
-    """Compile the scene with `num_cubes` cubes; `profile` is one of PROFILES (else UserError)."""
+    """Compile the scene with `num_cubes` cubes; `UserError` if `profile` is not in PROFILES."""
     return Scene(describe(num_cubes, profile).compile(), num_cubes, profile)
 
 
 def describe(num_cubes: int, profile: str) -> mujoco.MjSpec:
-    """The scene before it is compiled, as `build` has it."""
+    """The specification that `build` compiles."""
     pad_boxes = lookup("physics profile", PROFILES, profile)
     spec = mujoco.MjSpec()
     spec.modelname = f"pigbench_{num_cubes}_cubes_{profile}"
@@ -260,7 +260,7 @@ def _couple_drivers(spec: mujoco.MjSpec) -> None:
 
 
 def _add_contact_sensor(spec: mujoco.MjSpec, pad: mujoco.MjsBody) -> None:
-    """A force sensor, whose presence makes every engine compute the bodies' contact wrenches."""
+    """Add a force sensor, which makes every engine compute the bodies' contact wrenches."""
     pad.add_site(name="right_pad")
     spec.add_sensor(
         name="right_pad",

@@ -1,8 +1,8 @@
-"""Joint targets of an action, as OGBench's iterative solver finds them: where it stops included.
+"""The joint targets of an action, as OGBench's iterative solver finds them, early stop included.
 
-It makes Newton's steps from the present joints, and stops once it is within a tenth of a
-millimetre and of a milliradian. What it leaves undone is part of OGBench's dynamics: with exact
-targets the gripper comes out a millimetre elsewhere after 50 control steps.
+The solver takes Newton steps from the current joints and stops within a tenth of a millimetre and
+a tenth of a milliradian. The remaining error is part of OGBench's dynamics: with exact targets, the
+gripper is off by a millimetre after 50 control steps.
 """
 
 import jax
@@ -15,15 +15,15 @@ from pigbench.envs.rotations import axis_rotation, quat_rotation, rotation_vecto
 POSITION_TOLERANCE = 1e-4  # metres, of the flange
 ANGLE_TOLERANCE = 1e-4  # radians
 MAX_TURN = np.radians(45)  # of any joint in one step
-MAX_STEPS = 20  # a move of one action takes two or three
+MAX_STEPS = 20  # the move of one action takes two or three
 
-Carry = tuple[jax.Array, jax.Array, jax.Array]  # steps done, joints, whether they are still far
+Carry = tuple[jax.Array, jax.Array, jax.Array]  # steps done, joints, whether still too far
 
 _CHAIN = robot.ARM[: 1 + max(i for i, link in enumerate(robot.ARM) if link.joint)]
 
 
 def joint_targets(pinch_pos: jax.Array, pinch_yaw: jax.Array, joints: jax.Array) -> jax.Array:
-    """Where the arm at `joints` (6,) is to go for a pinch pose (3,) and (), gripper down: (6,)."""
+    """Joint targets (6,) for a pinch pose, (3,) and (), gripper down, from the current `joints`."""
     goal_pos, goal_rotation, *_ = flange(kinematics.inverse(pinch_pos, pinch_yaw, joints))
 
     def going_on(carry: Carry) -> jax.Array:
@@ -44,10 +44,10 @@ def joint_targets(pinch_pos: jax.Array, pinch_yaw: jax.Array, joints: jax.Array)
 
 
 def flange(joints: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-    """Forward kinematics of joint angles (6,), in the world's frame.
+    """Forward kinematics of joint angles (6,), in the world frame.
 
-    Returns the flange's position (3,) in metres, the last link's rotation (3, 3), and the axes and
-    anchors of the joints, (6, 3) each.
+    Returns the flange's position (3,) in metres, the last link's rotation (3, 3), and the joints'
+    axes and anchors, (6, 3) each.
     """
     pos, rotation = jnp.zeros(3), jnp.eye(3)
     axes, anchors = [], []
@@ -64,7 +64,7 @@ def flange(joints: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Arra
 
 
 def pinch(joints: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Where joint angles (6,) put the pinch point, (3,) metres, and its yaw (), radians."""
+    """The pinch point (3,), in metres, and its yaw (), in radians, for joint angles (6,)."""
     tip, rotation, *_ = flange(joints)
     to_pinch = robot.GRIPPER_MOUNT + robot.GRIPPER_BASE + robot.PINCH_HEIGHT
     mount, base = (quat_rotation(jnp.array(link.quat, jnp.float32)) for link in robot.ARM[-2:])
@@ -78,9 +78,9 @@ def _length(vector: jax.Array) -> jax.Array:
 
 
 def _solve(matrix: jax.Array, vector: jax.Array) -> jax.Array:
-    """x of matrix x = vector, (n, n) and (n,), by elimination with row pivots.
+    """The solution x (n,) of matrix x = vector, (n, n) and (n,), by elimination with row pivots.
 
-    Elementwise under `vmap`: the batched solver of jaxlib can hang a small machine.
+    It is elementwise under `vmap`; jaxlib's batched solver can hang on a small machine.
     """
     size = len(vector)
     rows = jnp.arange(size)

@@ -1,7 +1,7 @@
 """The evaluation tasks of the environments: cube positions at the start and at the goal.
 
-One table: environment -> its tasks; OGBench's environments have its five in its order. A place is
-(x, y) in metres, with the level in a stack where that is not 0.
+A table maps each environment to its tasks; OGBench's environments have OGBench's five tasks in its
+order. A place is (x, y) in metres, followed by the level in a stack if that is not 0.
 """
 
 from dataclasses import dataclass
@@ -10,15 +10,15 @@ import numpy as np
 
 from pigbench.envs.scene import CUBE_HALF_SIZE
 
-SUCCESS_DISTANCE = 0.04  # metres between a cube and its target
-START_JITTER = 0.01  # metres by which start positions are shifted in x and y
+SUCCESS_DISTANCE = 0.04  # metres from its target within which a cube is placed
+START_JITTER = 0.01  # metres by which start positions are shifted at most in x and y
 
 Place = tuple[float, ...]  # (x, y) on the floor, or (x, y, level)
 
 
 @dataclass(frozen=True)
 class Task:
-    """A start and a goal for each cube. Starts are off by up to `jitter` metres in x and y."""
+    """A start and a goal for each cube; starts are shifted by up to `jitter` metres in x and y."""
 
     name: str
     start: tuple[Place, ...]
@@ -42,11 +42,11 @@ class Spec:
 
     Attributes:
         episode_length: control steps after which an evaluation episode has failed.
-        tasks: what is evaluated.
-        success_distance: metres between a cube and its target within which it is there.
-        unobserved: terms that an observation lacks.
-        real: whether the world is known and acted in as on a real robot; see `envs.reality`.
-        policy: the scripted policy that collects data unless another is named.
+        tasks: the evaluation tasks.
+        success_distance: metres from its target within which a cube counts as placed.
+        unobserved: terms that the observation lacks.
+        real: whether sensing and acting are as on a real robot; see `envs.reality`.
+        policy: the scripted policy that collects data by default.
     """
 
     name: str
@@ -73,7 +73,7 @@ TASKS: dict[str, tuple[Task, ...]] = {
         Task("task4_diagonal1", ((0.35, -0.2),), ((0.5, 0.2),)),
         Task("task5_diagonal2", ((0.35, 0.2),), ((0.5, -0.2),)),
     ),
-    # Of the paper's robot: from anywhere that cubes lie to the centre.
+    # The paper's robot: from anywhere in the cubes' region to the centre.
     "cube-centre": (Task("task1_centre", ((0.425, 0),), ((0.425, 0),), jitter=(0.125, 0.3)),),
     "cube-double": (
         Task("task1_single_pnp", ((0.425, 0), (0.425, -0.1)), ((0.425, 0), (0.425, 0.1))),

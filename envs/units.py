@@ -1,4 +1,4 @@
-"""The units of positions in an observation: known without JAX."""
+"""The units of positions in an observation, available without importing JAX."""
 
 from typing import TYPE_CHECKING, TypeVar
 
@@ -7,7 +7,7 @@ import numpy as np
 if TYPE_CHECKING:
     import jax
 
-# They bring positions to order one, as in OGBench.
+# These bring positions to order 1, as in OGBench.
 CENTRE = (0.425, 0.0, 0.0)
 POSITION_SCALE = 10.0
 
@@ -15,5 +15,5 @@ Array = TypeVar("Array", "jax.Array", np.ndarray)
 
 
 def metres(position: Array) -> Array:
-    """A term's position (..., 3) in metres."""
+    """The position (..., 3) of an observation term, in metres."""
     return position / POSITION_SCALE + np.array(CENTRE)

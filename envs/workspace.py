@@ -1,4 +1,4 @@
-"""Where the robot works and where cubes lie, in metres in the world's frame."""
+"""The regions in which the robot works and cubes are placed, in metres in the world frame."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ class Box:
         return self.point(jax.random.uniform(key, (*shape, len(self.low))))
 
     def point(self, unit: jax.Array) -> jax.Array:
-        """The point (..., dimensions) at coordinates in [0, 1] between the low and high corner."""
+        """The point (..., dimensions) at coordinates in [0, 1] from the low to the high corner."""
         low, high = jnp.array(self.low), jnp.array(self.high)
         return low + unit * (high - low)
 

@@ -1,8 +1,8 @@
-"""Brax's PPO on a cube environment with a dense reward: the return over training, as a picture.
+"""Train Brax's PPO on a cube environment with a dense reward, and plot the return over training.
 
     python examples/brax_ppo.py --steps 500000 --out results/brax
 
-trains `reach` for some minutes on two cores. `--reward place` is the whole task, and takes far
+trains `reach` in a few minutes on two cores. `--reward place` is the whole task and takes much
 longer. Steps are control steps of all simulations together.
 """
 
@@ -26,7 +26,7 @@ def replicate(tree: Any, devices: Sequence[jax.Device]) -> Any:
     return jax.tree.map(lambda leaf: jnp.stack([jnp.asarray(leaf)] * len(devices)), tree)
 
 
-# Brax 0.14.2, the last, still calls this function, which JAX has no longer.
+# Brax 0.14.2, the latest release, still calls this function, which JAX has removed.
 if not hasattr(jax, "device_put_replicated"):
     jax.device_put_replicated = replicate
 
@@ -35,19 +35,19 @@ from brax.training.agents.ppo import networks, train  # noqa: E402
 
 
 class WithGoal(Wrapper):
-    """The targets of the cubes, less where the cubes are, belong to the observation."""
+    """Adds the vectors from the cubes to their targets to the observation."""
 
     def reset(self, rng: jax.Array) -> State:
-        """As the environment does."""
+        """As in the environment."""
         return self._with_goal(self.env.reset(rng))
 
     def step(self, state: State, action: jax.Array) -> State:
-        """As the environment does."""
+        """As in the environment."""
         return self._with_goal(self.env.step(state, action))
 
     @property
     def observation_size(self) -> int:
-        """With three numbers more a cube."""
+        """The environment's observation size plus three numbers per cube."""
         return self.env.observation_size + 3 * self.env.spec.num_cubes
 
     def _with_goal(self, state: State) -> State:
@@ -59,29 +59,29 @@ class WithGoal(Wrapper):
 
 @dataclasses.dataclass(frozen=True)
 class Example:
-    """Train by Brax's PPO, and draw the return of evaluation episodes."""
+    """Train with Brax's PPO, and plot the return of evaluation episodes."""
 
     out: Path
-    """Folder of the table and the picture."""
+    """Folder for the table and the plot."""
     environment: str = "cube-single"
     """Environment; see `pigbench list envs`."""
     reward: str = "reach"
     """Reward: reach or place."""
     steps: int = 500_000
-    """Control steps, of all simulations together."""
+    """Control steps of all simulations together."""
     evaluations: int = 10
-    """Evaluations, the first before training."""
+    """Evaluations, including one before training."""
     simulations: int = 64
-    """Simulations at once."""
+    """Simulations that run in parallel."""
     episode_length: int = 100
-    """Control steps of an episode."""
+    """Control steps per episode."""
     batch_size: int = 64
-    """Stretches of ten steps in a minibatch; eight minibatches per update."""
+    """Segments of ten steps per minibatch; there are eight minibatches per update."""
     seed: int = 0
-    """Seed of everything."""
+    """Random seed."""
 
     def run(self) -> None:
-        """Train, and write the files."""
+        """Train and write the files."""
         files.require_folder(self.out)
         env = WithGoal(envs.make(self.environment, reward=self.reward))
         rows: list[tuple[int, float, float]] = []
@@ -127,7 +127,7 @@ class Example:
             panels[0, 0].errorbar(steps, means, yerr=deviations, capsize=2)
             panels[0, 0].set(xlabel="control steps", ylabel=f"return ({self.reward})")
             canvas.save(figure, self.out / f"{self.reward}.png")
-        print(f"{self.reward}.csv and {self.reward}.png lie in {self.out}")
+        print(f"{self.reward}.csv and {self.reward}.png are in {self.out}")
 
 
 if __name__ == "__main__":

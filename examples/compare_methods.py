@@ -1,10 +1,10 @@
-"""Methods on the same data: a table, how probably one is better than another, and curves.
+"""Compare methods on the same data: a table, probabilities of improvement, and learning curves.
 
     python examples/compare_methods.py --out runs/compare
 
-generates data, trains each method with each seed, and evaluates them as they learn: some minutes on
-two cores. It may be killed, and goes on where it was when it is run again. Methods of a file of
-your own are compared by `--plugin FILE --methods gcbc mine`.
+generates data, trains each method with each seed, and evaluates them during training, which takes a
+few minutes on two cores. If it is killed, it continues where it was when it is run again. To
+compare methods from a file of your own, use `--plugin FILE --methods gcbc mine`.
 """
 
 import dataclasses
@@ -26,26 +26,26 @@ class Example:
     """Train methods on the same data, and write table.md and curves.png."""
 
     out: Path
-    """Folder of the runs, the table and the picture."""
+    """Folder for the runs, the table and the plot."""
     methods: tuple[str, ...] = ("gcbc", "gcivl")
     """Methods; see `pigbench list methods`."""
     plugin: Path | None = None
     """A Python file that registers methods of your own."""
     data: Path = Path("runs/examples-data")
-    """Folder of the data set, which is generated if it is not there."""
+    """Folder of the data set, which is generated if it does not exist."""
     episodes: int = 100
-    """Episodes of play to generate, of 1,001 rows each."""
+    """Episodes of play data to generate, of 1,001 rows each."""
     steps: int = 8000
-    """Updates of each training."""
+    """Updates per training run."""
     evaluate_every: int = 2000
-    """Updates between two evaluations."""
+    """Updates between evaluations."""
     evaluation_episodes: int = 10
-    """Episodes of each task in an evaluation."""
+    """Episodes of each task per evaluation."""
     seeds: tuple[int, ...] = (0, 1, 2)
-    """Seeds, each of which is a training of each method."""
+    """Seeds; each method is trained with each."""
 
     def run(self) -> None:
-        """Generate, train, and report."""
+        """Generate data, train, and report."""
         if self.plugin is not None:
             plugins.load_file(self.plugin)
         Generate("cube-single", out=self.data, episodes=self.episodes, validation_episodes=0).run()
@@ -59,7 +59,7 @@ class Example:
         plots.plot(results, self.out / "curves.png", order=self.methods)
 
     def _train(self, method: str, seed: int) -> Path:
-        """The folder of a finished run."""
+        """Train a run, and return its folder."""
         folder = self.out / f"{method}-{seed}"
         Train(
             method,

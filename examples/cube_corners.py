@@ -1,4 +1,4 @@
-"""An environment: one cube, from the middle of the table to each of its corners."""
+"""An environment: move one cube from the middle of the table to each of its corners."""
 
 from pigbench import envs
 
@@ -19,6 +19,6 @@ envs.register(
             envs.Task(f"task{number}_{name}", start=(MIDDLE,), goal=(corner,))
             for number, (name, corner) in enumerate(CORNERS.items(), start=1)
         ),
-        success_distance=0.03,  # metres; OGBench's environments have 0.04
+        success_distance=0.03,  # metres; it is 0.04 in OGBench's environments
     )
 )

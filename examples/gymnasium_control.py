@@ -1,9 +1,9 @@
-"""The Gymnasium interface: a controller of a few lines in NumPy, which knows observations alone.
+"""The Gymnasium interface: a short NumPy controller that sees only observations.
 
     python examples/gymnasium_control.py --out runs/gymnasium
 
-runs it in a batch of environments and says how often it succeeds at each task; then it runs it once
-in a single environment and draws that episode, the goal first.
+runs it in a batch of environments and prints its success rate on each task. It then runs it in a
+single environment and draws that episode, starting with the goal.
 """
 
 import dataclasses
@@ -14,14 +14,14 @@ import gymnasium
 import numpy as np
 import tyro
 
-import pigbench  # noqa: F401  makes the environments known to Gymnasium
+import pigbench  # noqa: F401  registers the environments with Gymnasium
 from pigbench.envs.observation import Layout
 from pigbench.support import files, pictures
 
 ENVIRONMENT = "pigbench/cube-single-v0"
 LAYOUT = Layout(num_cubes=1)
-DECIMETRE = 0.1  # what a unit of a position is, in metres
-LONGEST_MOVE, LARGEST_TURN = 0.05, 0.3  # of an action, metres and radians
+DECIMETRE = 0.1  # the unit of observed positions, in metres
+LONGEST_MOVE, LARGEST_TURN = 0.05, 0.3  # of an action of 1, in metres and radians
 OPEN, SHUT = -1.0, 1.0
 HOVER = 0.1  # metres above a cube at which the gripper travels
 
@@ -58,7 +58,7 @@ def _angle(to: np.ndarray, of: np.ndarray) -> np.ndarray:
 
 
 def _quarter(angle: np.ndarray) -> np.ndarray:
-    """The least turn that does the same to a cube's sides."""
+    """The smallest rotation with the same effect on a cube's sides."""
     return (angle + np.pi / 4) % (np.pi / 2) - np.pi / 4
 
 
@@ -67,18 +67,18 @@ class Example:
     """Run a controller through Gymnasium, in a batch and in a single environment."""
 
     out: Path
-    """Folder of the picture and the results."""
+    """Folder for the picture and the results."""
     episodes: int = 20
     """Episodes of each task in the batch."""
     task: int = 4
-    """Task of the picture."""
+    """Task of the episode in the picture."""
     every: int = 12
-    """Control steps between two pictures of the episode."""
+    """Control steps between two frames of the episode."""
     seed: int = 0
-    """Seed of both."""
+    """Random seed."""
 
     def run(self) -> None:
-        """Run, print, and draw."""
+        """Run the controller, print the results, and draw an episode."""
         files.require_folder(self.out)
         lines = self._batch()
         print("\n".join(lines))
@@ -91,7 +91,7 @@ class Example:
         batch = gymnasium.make_vec(ENVIRONMENT, num_envs=len(tasks))
         observations, info = batch.reset(seed=self.seed, options={"task_id": tasks})
         lengths, over = np.zeros(len(tasks), int), np.zeros(len(tasks), bool)
-        while not over.all():  # an episode that is over stays as it is
+        while not over.all():  # an episode that is over does not change
             lengths += ~over
             actions = control(observations, info["goal"])
             observations, _, terminated, truncated, info = batch.step(actions)

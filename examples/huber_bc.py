@@ -1,4 +1,4 @@
-"""Goal-conditioned behaviour cloning with Huber's loss."""
+"""Goal-conditioned behaviour cloning with the Huber loss."""
 
 from dataclasses import dataclass
 
@@ -10,20 +10,20 @@ from pigbench.agents.actors import PolicyAgent
 
 @dataclass(frozen=True)
 class HuberBCConfig(agents.AgentConfig):
-    """Hyper-parameters: the shared ones, and where squares end."""
+    """Hyperparameters: the shared ones, and the error above which the loss is linear."""
 
     delta: float = 0.1
 
 
 class HuberBC(PolicyAgent[HuberBCConfig]):
-    """A deterministic policy: `PolicyAgent` has its network, and acts by it."""
+    """A deterministic policy; `PolicyAgent` has its network and acts with it."""
 
     def init(self, key):
         """Parameters of the policy's network."""
         return {"policy": self.init_policy(key)}
 
     def loss(self, params, target_params, batch, key):
-        """What Adam minimises, and metrics."""
+        """The loss that Adam minimises, and metrics."""
         actions = self.means(params, batch.observations, batch.actor_goals)
         errors = optax.huber_loss(actions, batch.actions, delta=self.config.delta)
         loss = errors.sum(axis=-1).mean()
@@ -35,6 +35,6 @@ agents.register(
         name="huber-bc",
         agent=HuberBC,
         config=HuberBCConfig(),
-        summary="behaviour cloning with Huber's loss",
+        summary="behaviour cloning with the Huber loss",
     )
 )

@@ -1,10 +1,10 @@
-"""Training on a log of your own: one CSV file per episode becomes a data set, and a policy.
+"""Train on a log of your own: one CSV file per episode becomes a data set, and then a policy.
 
     python examples/own_log.py --out runs/own-log
 
-writes logs as a UR5e's driver would have, here of episodes in simulation, and imports them, trains
-on them, and evaluates the policy. With `--logs FOLDER` it takes yours instead; which columns they
-need is in docs/robot.md.
+writes logs of simulated episodes as a UR5e's driver would, imports them, trains on them, and
+evaluates the policy. With `--logs FOLDER`, it takes your logs instead; docs/robot.md lists the
+columns that they need.
 """
 
 import csv
@@ -29,7 +29,7 @@ from pigbench.training.run import read_run
 
 ENVIRONMENT = "cube-centre"
 TO_BASE = Rotation.from_euler("z", 90, degrees=True)
-"""From the world's frame to that of the robot's controller."""
+"""From the world frame to that of the robot's controller."""
 
 
 def log_of(
@@ -58,7 +58,7 @@ def log_of(
 
 
 def write_logs(data: dataset.Dataset, folder: Path) -> None:
-    """A file for each episode of the training split."""
+    """Write a file for each episode of the training split."""
     folder.mkdir(parents=True, exist_ok=True)
     split, number = data.split("train"), 0
     for record in split.records:
@@ -73,23 +73,23 @@ def write_logs(data: dataset.Dataset, folder: Path) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class Example:
-    """Import logs, train on them, and say how near to its target the policy brings the cube."""
+    """Import logs, train on them, and report how close to its target the policy brings the cube."""
 
     out: Path
-    """Folder of all that is made."""
+    """Folder for everything that is written."""
     logs: Path | None = None
-    """Folder of logs, by default of simulated ones."""
+    """Folder of your logs; by default, logs of simulated episodes are made."""
     episodes: int = 200
     """Simulated episodes."""
     method: str = "gcivl"
     """Method; see `pigbench list methods`."""
     steps: int = 8000
-    """Updates."""
+    """Updates of the training run."""
     evaluation_episodes: int = 50
-    """Episodes of the evaluation, at the end."""
+    """Episodes of the final evaluation."""
 
     def run(self) -> None:
-        """Log, import, train, and report."""
+        """Write logs, import them, train, and report."""
         data, run = self.out / "data", self.out / self.method
         logs = self.logs or self._simulated()
         Import((logs,), environment=ENVIRONMENT, out=data, format="log").run()
@@ -110,7 +110,7 @@ class Example:
         files.write_text(self.out / "table.md", f"{text}\n")
 
     def _simulated(self) -> Path:
-        """The folder of logs of episodes that a scripted policy plays."""
+        """Write logs of episodes of a scripted policy, and return their folder."""
         simulated, logs = self.out / "simulated", self.out / "logs"
         Generate(ENVIRONMENT, out=simulated, episodes=self.episodes, validation_episodes=0).run()
         write_logs(dataset.load(simulated), logs)

@@ -1,10 +1,10 @@
-"""A look into value functions: V(s, g) over where the cube lies on the table.
+"""Draw value functions: V(s, g) over the cube's position on the table.
 
     python examples/value_map.py runs/compare/gcivl-0 --out values.png
 
-draws a panel for each run. In all states of a panel, arm and goal are the same, and the gripper is
-open above the table; of several cubes, the first is moved and the others lie at their targets. A
-value that has understood the task falls with the distance to the goal, marked by a star.
+draws a panel for each run. All states of a panel have the same arm pose and goal, with the gripper
+open above the table. If there are several cubes, the first one is moved and the others are at their
+targets. A good value decreases with the distance to the goal, which is marked by a star.
 """
 
 import dataclasses
@@ -34,7 +34,7 @@ class Map(NamedTuple):
 
 
 def value_map(folder: Path, *, task: int, points: int, seed: int) -> Map:
-    """V of the last checkpoint of a run; `points` along each side of the table."""
+    """V of a run's last checkpoint, at `points` positions along each side of the table."""
     run, env, agent, state = restore(folder)
     env.check_task(task)
     goal = env.spec.tasks[task - 1].goal_xyz
@@ -43,7 +43,7 @@ def value_map(folder: Path, *, task: int, points: int, seed: int) -> Map:
     def value(first_x: jax.Array, first_y: jax.Array) -> jax.Array:
         cubes = jnp.asarray(goal).at[0].set(jnp.array([first_x, first_y, CUBE_HALF_SIZE]))
         yaw = jnp.zeros(env.spec.num_cubes)
-        # One key for all: the same arm in all states, and in the goal's.
+        # One key for all, so that all states have the same arm pose and the same goal.
         start = env.reset_to(seeds.key(seed), cubes, goal, yaw=yaw, jitter=0.0)
         return agent.state_values(state.acting, start.obs[None], start.info["goal"][None])[0]
 
@@ -53,7 +53,7 @@ def value_map(folder: Path, *, task: int, points: int, seed: int) -> Map:
 
 
 def draw(maps: list[Map], path: Path) -> None:
-    """A panel for each map, as seen from above with the robot at the bottom."""
+    """Draw a panel for each map, seen from above with the robot at the bottom."""
     with canvas.look():
         figure, panels = canvas.grid(1, len(maps), panel=(4.2, 2.0), legend=[], share_y=False)
         for panel, one in zip(panels[0], maps, strict=True):
@@ -69,14 +69,14 @@ def draw(maps: list[Map], path: Path) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class Example:
-    """Draw the values of runs over positions of a cube."""
+    """Draw the values of runs over the position of a cube."""
 
     runs: tyro.conf.Positional[tuple[Path, ...]]
     """Folders of runs of methods that learn a value."""
     out: Path
-    """File of the picture."""
+    """File for the picture."""
     task: int = 4
-    """Task whose goal it is."""
+    """Task that gives the goal."""
     points: int = 41
     """Positions along each side of the table."""
     seed: int = 0
@@ -93,7 +93,7 @@ class Example:
         for one in maps:
             best = np.unravel_index(one.values.argmax(), one.values.shape)
             away = np.hypot(one.x[best[0]] - one.goal[0], one.y[best[1]] - one.goal[1])
-            print(f"{one.title}: the greatest value is {100 * away:.1f} cm from the goal")
+            print(f"{one.title}: the maximum is {100 * away:.1f} cm from the goal")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Scripted policies that collect data, by name.
 
-OGBench's are which cube next (`targets`) and how to move it (`plan` or `markov`); `replan` is a
-robot's. All are pure functions of a key and of the simulation's state, as it seems.
+OGBench's policies combine the choice of the next cube (`targets`) with a way of moving it (`plan`
+or `markov`); `replan` is that of a real robot. All are pure functions of a key and the perceived
+state of the simulation.
 """
 
 from pigbench.envs.oracles.noisy import NoisyPolicy

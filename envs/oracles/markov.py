@@ -1,6 +1,6 @@
-"""How to move a cube: what the scene shows decides, as OGBench's Markov oracle has it.
+"""OGBench's Markov oracle, which moves a cube and decides from the current scene alone.
 
-The phases are a table, from top to bottom: the first whose condition holds decides.
+The phases are a table: the first one, from top to bottom, whose condition holds applies.
 """
 
 from typing import NamedTuple
@@ -15,15 +15,15 @@ from pigbench.envs.rotations import nearest_symmetry
 MAX_STEPS = 200  # control steps after which a sub-task is given up
 POSITION_GAIN = 5.0  # action per metre
 YAW_GAIN = 3.0  # action per radian
-MIN_DISTANCE = 0.4  # metres: whatever is nearer is moved to as if it was this far
+MIN_DISTANCE = 0.4  # metres: nearer destinations are treated as if they were this far away
 
 REACHED = 0.02  # metres within which a cube, or its target, is reached
 OVER = 0.04  # metres in x and y within which one thing is over another
 HOME = 0.04  # metres within which the arm is at its final pose
 CARRYING_HEIGHT = 0.16  # metres above which cubes are carried
-APPROACH = 0.18  # metres above a cube or target from where it is approached
-LIFT_HEIGHT = 0.36  # metres that a gripped cube is lifted towards
-RETREAT_HEIGHT = 0.32  # metres that the empty gripper is raised towards
+APPROACH = 0.18  # metres above a cube or target at which the approach starts
+LIFT_HEIGHT = 0.36  # metres, the height towards which a gripped cube is lifted
+RETREAT_HEIGHT = 0.32  # metres, the height towards which the empty gripper is raised
 GRIPPED, LET_GO = 0.5, 0.1  # contact above which a cube is gripped, and below which it is free
 
 OPEN, SHUT = -1.0, 1.0
@@ -31,7 +31,7 @@ OPEN, SHUT = -1.0, 1.0
 
 @struct.dataclass
 class Situation:
-    """What the oracle looks at: metres, radians, and contact in [0, 1]."""
+    """The inputs of the oracle, in metres and radians, and contact in [0, 1]."""
 
     effector_pos: jax.Array  # (3,)
     effector_yaw: jax.Array  # ()
@@ -42,14 +42,14 @@ class Situation:
 
 @struct.dataclass
 class Pose:
-    """Where the arm goes once the cube is at its target."""
+    """The pose to which the arm moves once the cube is at its target."""
 
     pos: jax.Array  # (3,) metres
     yaw: jax.Array  # () radians
 
 
 class Phase(NamedTuple):
-    """A phase: when it applies, where the effector goes, how far it turns, what the fingers do."""
+    """A phase: its condition, the effector's destination and turn, and the gripper's action."""
 
     when: jax.Array
     destination: jax.Array
@@ -58,9 +58,9 @@ class Phase(NamedTuple):
 
 
 def action(situation: Situation, target: Target, final: Pose) -> jax.Array:
-    """The action (5,) in [-1, 1] that brings the cube nearer to `target`, then the arm to `final`.
+    """The action (5,) in [-1, 1] that brings the cube towards `target`, then the arm to `final`.
 
-    The gripper's opening is changed at full speed in one direction or the other.
+    The gripper always opens or closes at full speed.
     """
     phase = _choose(_phases(situation, target, final))
     way = phase.destination - situation.effector_pos
@@ -73,7 +73,7 @@ def action(situation: Situation, target: Target, final: Pose) -> jax.Array:
 
 
 def done(situation: Situation, target: Target, final: Pose) -> jax.Array:
-    """Whether the cube is at its target and the arm at its final pose, () bool."""
+    """Whether the cube is at its target and the arm is at its final pose, () bool."""
     return _near(situation.cube_pos, target.pos, REACHED) & _near(
         situation.effector_pos, final.pos, HOME
     )
@@ -92,18 +92,18 @@ def _phases(situation: Situation, target: Target, final: Pose) -> tuple[Phase, .
     cube_yaw = nearest_symmetry(situation.cube_yaw, situation.effector_yaw)
     to_cube = cube_yaw - situation.effector_yaw
     to_goal = nearest_symmetry(target.yaw, situation.effector_yaw) - cube_yaw
-    to_final = final.yaw - situation.effector_yaw  # not the shorter way round
+    to_final = final.yaw - situation.effector_yaw  # not necessarily the shorter way round
 
     return (
-        # The cube is at its target: let go, rise, leave.
+        # The cube is at its target: let go, rise, move away.
         Phase(placed & ~free, goal, to_goal, OPEN),
         Phase(placed & ~high, cube.at[2].set(RETREAT_HEIGHT), to_final, OPEN),
         Phase(placed, final.pos, to_final, OPEN),
-        # It is not: go there, grip it.
+        # It is not: move to the cube and grip it.
         Phase(~over_cube, cube.at[2].add(APPROACH), to_cube, OPEN),
         Phase(~at_cube, cube, to_cube, OPEN),
         Phase(~gripped, cube, to_cube, SHUT),
-        # It is in the gripper: lift it, carry it, lower it.
+        # The cube is in the gripper: lift it, carry it, lower it.
         Phase(~cube_over_goal & ~high, cube.at[2].set(LIFT_HEIGHT), to_goal, SHUT),
         Phase(~cube_over_goal, goal.at[2].add(APPROACH), to_goal, SHUT),
         Phase(jnp.ones_like(placed), goal, to_goal, SHUT),

@@ -1,4 +1,4 @@
-"""The `noisy` policy: OGBench's Markov oracle, its actions disturbed; each time another target."""
+"""The `noisy` policy: OGBench's Markov oracle with noisy actions, for one target after another."""
 
 from dataclasses import replace
 
@@ -14,24 +14,24 @@ from pigbench.envs.oracles.policy import Policy
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
 
-MAX_NOISE = 0.1  # an episode's noise is drawn uniformly from 0 to this
-NOISE_SCALE = (1.0, 1.0, 1.0, 3.0, 10.0)  # its standard deviation on x, y, z, yaw and gripper
+MAX_NOISE = 0.1  # an episode's noise level is drawn uniformly between 0 and this
+NOISE_SCALE = (1.0, 1.0, 1.0, 3.0, 10.0)  # deviation per noise level of x, y, z, yaw and gripper
 
 
 @struct.dataclass
 class NoisyState:
-    """What the policy remembers between control steps of one episode."""
+    """The policy's memory between control steps of one episode."""
 
     stacking: jax.Array  # () probability, fixed for the episode
-    noise: jax.Array  # () fixed for the episode
+    noise: jax.Array  # () level, fixed for the episode
     target: targets.Target
     final: markov.Pose
     time: jax.Array  # () control steps since the target was drawn
-    done: jax.Array  # () bool, whether cube and arm are where they should be
+    done: jax.Array  # () bool, whether the cube and the arm are where they should be
 
 
 class NoisyPolicy(Policy[NoisyState]):
-    """Target after target."""
+    """Moves cubes to one target after another."""
 
     def reset(self, key: jax.Array, physics_state: PhysicsState) -> NoisyState:
         """Begin an episode."""
@@ -48,7 +48,7 @@ class NoisyPolicy(Policy[NoisyState]):
         return jnp.clip(intended + noise, -1.0, 1.0)
 
     def advance(self, key: jax.Array, state: NoisyState, physics_state: PhysicsState) -> NoisyState:
-        """After the action: go on, or draw the next target when this one was done with."""
+        """Continue after the action, or draw the next target if this sub-task has ended."""
         fresh = self._begin(key, physics_state, state.stacking, state.noise, state.stacking)
         going_on = replace(
             state,
@@ -59,7 +59,7 @@ class NoisyPolicy(Policy[NoisyState]):
         return jax.tree.map(lambda new, old: jnp.where(ended, new, old), fresh, going_on)
 
     def ended(self, state: NoisyState) -> jax.Array:
-        """Whether the present action is the sub-task's last, () bool."""
+        """Whether the current action is the sub-task's last, () bool."""
         return state.done | (state.time >= markov.MAX_STEPS - 1)
 
     def _begin(

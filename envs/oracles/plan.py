@@ -1,4 +1,4 @@
-"""How to move a cube: a noisy open-loop plan through keyframes, as OGBench's plan oracle has it."""
+"""OGBench's plan oracle, which moves a cube by a noisy open-loop plan through keyframes."""
 
 import jax
 import jax.numpy as jnp
@@ -12,13 +12,13 @@ from pigbench.envs.rotations import nearest_symmetry, wrap
 from pigbench.envs.scene import CONTROL_STEP
 
 SEGMENT = 0.4  # seconds between keyframes
-TIME_JITTER = 0.2  # of a segment, by which each keyframe is early or late
+TIME_JITTER = 0.2  # share of a segment by which a keyframe may be early or late
 NOISE = 0.1  # standard deviation of the plan's noise, in units of the action scale
 NOISE_SMOOTHING = 0.5  # standard deviation of its Gaussian filter, in control steps
 LIFT = (0.1, 0.2)  # metres above a cube at which it is approached and left
 DETOUR = workspace.Box((-0.1, -0.1, 0.0), (0.1, 0.1, 0.2))  # of the carried cube, in metres
 
-# Keyframe -> (segments since the one before, gripper opening there): the plan from top to bottom.
+# Keyframe -> (segments since the previous one, gripper opening there), in the order of the plan.
 KEYFRAMES = {
     "initial": (0.0, 0.0),
     "above_pick": (1.0, 0.0),
@@ -44,7 +44,7 @@ _FILTER /= _FILTER.sum()
 
 @struct.dataclass
 class Plan:
-    """Effector targets (MAX_STEPS, 5), one a control step; the first `length` () are used."""
+    """Effector targets (MAX_STEPS, 5), one per control step; the first `length` () are used."""
 
     targets: jax.Array
     length: jax.Array
@@ -57,13 +57,13 @@ def make(
 
     Args:
         key: random key.
-        effector: (5,) the effector's present position, yaw and opening.
+        effector: (5,) the effector's current position, yaw and opening.
         cube_pos: (3,) metres.
         cube_yaw: () radians.
         target: where the cube goes.
     """
     noise_key, key = jax.random.split(key)
-    # One call for all uniform draws: every call more costs compile time.
+    # One call for all uniform draws, because each call costs compile time.
     lift_unit, detour_unit, final_unit, yaw_unit, time_unit = jnp.split(
         jax.random.uniform(key, (2 + 3 + 3 + 1 + len(KEYFRAMES),)), (2, 5, 8, 9)
     )
@@ -108,13 +108,13 @@ def make(
 
 
 def _grasp_yaw(effector_yaw: jax.Array, cube_yaw: jax.Array) -> jax.Array:
-    """The yaw in [0, 2 pi) at which to grip the cube, nearest to the effector's up to symmetry."""
+    """The yaw in [0, 2 pi) at which to grip the cube, up to symmetry nearest to the effector's."""
     full = 2 * jnp.pi
     return jnp.mod(nearest_symmetry(jnp.mod(cube_yaw, full), jnp.mod(effector_yaw, full)), full)
 
 
 def _screw_midpoint(start: jax.Array, end: jax.Array) -> jax.Array:
-    """Half-way from one pose (x, y, z, yaw) to another along a screw motion about the vertical."""
+    """The midpoint of a screw motion about the vertical between two poses (x, y, z, yaw)."""
     turn = wrap(end[3] - start[3])
     dx, dy = end[0] - start[0], end[1] - start[1]
     bulge = 0.5 * jnp.tan(turn / 4) * jnp.stack([dy, -dx])
@@ -123,18 +123,18 @@ def _screw_midpoint(start: jax.Array, end: jax.Array) -> jax.Array:
 
 
 def _interpolate(steps: jax.Array, times: jax.Array, poses: jax.Array) -> jax.Array:
-    """Targets (MAX_STEPS, 5) at `steps`: linear between keyframes, yaw by the shorter way round."""
+    """Targets (MAX_STEPS, 5) at `steps`: linear between keyframes, yaw the shorter way round."""
     keyframes = jnp.concatenate([poses, jnp.array(_OPENINGS)[:, None]], axis=-1)
     changes = jnp.diff(keyframes, axis=0)
     changes = changes.at[:, 3].set(wrap(changes[:, 3]))
-    # A sum over segments, each done to its own fraction: no search and no gather.
+    # A sum over segments, each weighted by the fraction done, needs no search and no gather.
     done = jnp.clip((steps[:, None] - times[:-1]) / jnp.diff(times), 0.0, 1.0)
     path = keyframes[0] + jnp.matmul(done, changes, precision="highest")
     return path.at[:, 3].set(wrap(path[:, 3]))
 
 
 def _noise(key: jax.Array, length: jax.Array) -> jax.Array:
-    """White noise smoothed along the plan, reflected at its ends, (MAX_STEPS, 5)."""
+    """White noise smoothed along the plan and reflected at its ends, (MAX_STEPS, 5)."""
     white = jax.random.normal(key, (MAX_STEPS, ACTION_SIZE)) * NOISE * jnp.array(ACTION_SCALE)
     white = jnp.pad(white, ((0, _FILTER_RADIUS), (0, 0)))
     mirrored = jnp.roll(white[::-1], 2 * length - len(white), axis=0)  # white[2 length - 1 - i]

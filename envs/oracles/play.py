@@ -1,4 +1,4 @@
-"""The `play` policy: plan after plan, each for a random cube and target."""
+"""The `play` policy: one plan after another, each for a random cube and target."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from pigbench.envs.rotations import quat_yaw
 
 @struct.dataclass
 class PlayState:
-    """What the policy remembers between control steps of one episode."""
+    """The policy's memory between control steps of one episode."""
 
     stacking: jax.Array  # () probability, fixed for the episode
     target: targets.Target
@@ -25,7 +25,7 @@ class PlayState:
 
 
 class PlayPolicy(Policy[PlayState]):
-    """Plan after plan."""
+    """Follows one plan after another."""
 
     def reset(self, key: jax.Array, physics_state: PhysicsState) -> PlayState:
         """Begin an episode."""
@@ -35,19 +35,19 @@ class PlayPolicy(Policy[PlayState]):
         return self._begin(key, physics_state, stacking, next_stacking=jnp.asarray(first))
 
     def act(self, key: jax.Array, state: PlayState, physics_state: PhysicsState) -> jax.Array:
-        """The action (5,) in [-1, 1] that follows the plan. Draws nothing from `key`."""
+        """The action (5,) in [-1, 1] that follows the plan. `key` is unused."""
         now = jnp.minimum(state.time, state.plan.length - 1)
         return control.action_towards(self.scene, physics_state, state.plan.targets[now])
 
     def advance(self, key: jax.Array, state: PlayState, physics_state: PhysicsState) -> PlayState:
-        """After the action: go on, or begin the next plan when this one has ended."""
+        """Continue after the action, or begin the next plan if this one has ended."""
         going_on = replace(state, time=state.time + 1)
         ended = self.ended(state)
         fresh = self._begin(key, physics_state, state.stacking, next_stacking=state.stacking)
         return jax.tree.map(lambda new, old: jnp.where(ended, new, old), fresh, going_on)
 
     def ended(self, state: PlayState) -> jax.Array:
-        """Whether the present action is the plan's last, () bool."""
+        """Whether the current action is the plan's last, () bool."""
         return state.time >= state.plan.length - 1
 
     def _begin(

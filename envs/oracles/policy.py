@@ -1,4 +1,4 @@
-"""What a scripted policy does: pure functions of a key and the simulation's state, as it seems."""
+"""The interface of scripted policies: pure functions of a key and the perceived simulation."""
 
 import abc
 from typing import ClassVar, Generic, TypeVar
@@ -13,10 +13,10 @@ Memory = TypeVar("Memory")
 
 
 class Policy(abc.ABC, Generic[Memory]):
-    """A policy that remembers a pytree between control steps. All methods may be vmapped.
+    """A policy whose memory is a pytree. All methods may be vmapped.
 
     Attributes:
-        episode_rows: the most rows of an episode, of a policy that ends its own; 0 if none does.
+        episode_rows: the maximum number of rows per episode if the policy ends episodes, else 0.
     """
 
     episode_rows: ClassVar[int] = 0
@@ -34,12 +34,12 @@ class Policy(abc.ABC, Generic[Memory]):
 
     @abc.abstractmethod
     def advance(self, key: jax.Array, state: Memory, physics_state: PhysicsState) -> Memory:
-        """Take note of the simulation's state after the action."""
+        """The memory after an action, which led to `physics_state`."""
 
     @abc.abstractmethod
     def ended(self, state: Memory) -> jax.Array:
-        """Whether the present action is a sub-task's last, () bool."""
+        """Whether the current action is the last of a sub-task, () bool."""
 
     def finished(self, state: Memory) -> jax.Array:
-        """Whether the episode is over before the next action, () bool; of most it never is."""
+        """Whether the episode ends before the next action, () bool; by default, never."""
         return jnp.zeros((), bool)

@@ -1,14 +1,14 @@
-"""The `replan` policy: what a robot's controller does, which knows of the cube what it estimates.
+"""The `replan` policy: a robot's controller, which knows only an estimate of the cube's pose.
 
-It brings the cube to the table's centre, then away to a random place, and the episode ends. At
-every control step the places that are left of the plan are laid anew, from the effector as it is
-and the cube as it seems, and of the way to the next of them the first step is taken. So a wrong
-estimate is made good while there is time, a cube that slips is fetched again, and what stays wrong
+It brings the cube to the table's centre, then away to a random place, and then the episode ends. At
+every control step, it recomputes the remaining places of the plan from the effector's pose and the
+estimated pose of the cube, and takes the first step towards the next place. It thus corrects a
+wrong estimate while there is time, and fetches a cube that slips; if the estimate stays wrong, it
 fails.
 
-A sampling-based controller would do the same with a simulation of every candidate: on two cores a
-data set of 80,000 steps takes it hours instead of minutes, and its model would be the very one that
-it acts in, which no robot has.
+A sampling-based controller would do the same by simulating every candidate. On two cores, a data
+set of 80,000 steps would take hours instead of minutes, and its model would be identical to the
+simulation that it acts in, which no robot has.
 """
 
 from dataclasses import dataclass, replace
@@ -30,11 +30,11 @@ from pigbench.envs.units import CENTRE
 
 TRIPS = 2  # to the centre, and away
 MAX_STEPS = 150  # control steps after which a trip is given up
-HORIZON = 3  # control steps in which the next place is reached, if speed allows
-SPEED = (0.4, 0.8)  # an episode's, of the largest action
-LIFT = (0.08, 0.20)  # metres above the table at which cubes are approached and carried, likewise
+HORIZON = 3  # control steps in which to reach the next place, if speed allows
+SPEED = (0.4, 0.8)  # range of an episode's speed, as a share of the largest action
+LIFT = (0.08, 0.20)  # range of an episode's height of approach and carrying, metres
 ALIGNED = 0.15  # radians of yaw within which a place is reached
-PLACED = 0.025  # metres in x and y within which a cube is where it was to be
+PLACED = 0.025  # metres in x and y within which a cube is at its target
 LET_GO = 0.1  # contact below which nothing is held
 
 
@@ -43,10 +43,10 @@ class Stage:
     """A place on the way.
 
     Attributes:
-        opening: the gripper's, 0 open and 1 shut.
+        opening: the gripper's opening, 0 open and 1 shut.
         within: metres along each axis within which the place is reached.
-        wait: control steps to stay once there.
-        holding: whether the cube is lost if the gripper feels nothing.
+        wait: control steps to stay there.
+        holding: whether the cube counts as lost if the gripper feels no contact.
     """
 
     opening: float
@@ -73,21 +73,21 @@ _TABLE = {
 
 @struct.dataclass
 class ReplanState:
-    """What the policy remembers between control steps of one episode."""
+    """The policy's memory between control steps of one episode."""
 
     lift: jax.Array  # () metres, fixed for the episode
-    speed: jax.Array  # () of the largest action, likewise
+    speed: jax.Array  # () share of the largest action, fixed for the episode
     away: jax.Array  # (2,) metres, where the cube is brought after the centre
-    yaws: jax.Array  # (TRIPS,) radians, how it is put down
-    trip: jax.Array  # () number of the present one
-    stage: jax.Array  # () number in STAGES
-    waited: jax.Array  # () control steps there
+    yaws: jax.Array  # (TRIPS,) radians, of the cube's targets
+    trip: jax.Array  # () index of the current trip
+    stage: jax.Array  # () index in STAGES
+    waited: jax.Array  # () control steps waited there
     time: jax.Array  # () control steps since the trip began
-    action: jax.Array  # (5,) the next
+    action: jax.Array  # (5,) the next action
 
 
 class ReplanPolicy(Policy[ReplanState]):
-    """To the centre and away."""
+    """Moves the cube to the centre and then away."""
 
     episode_rows: ClassVar[int] = TRIPS * MAX_STEPS + 1
 
@@ -109,18 +109,21 @@ class ReplanPolicy(Policy[ReplanState]):
         return replace(state, action=self._plan(state, physics_state))
 
     def act(self, key: jax.Array, state: ReplanState, physics_state: PhysicsState) -> jax.Array:
-        """The action (5,) that was planned from the state. Draws nothing from `key`."""
+        """The action (5,) that was planned from the state. `key` is unused."""
         return state.action
 
     def advance(
         self, key: jax.Array, state: ReplanState, physics_state: PhysicsState
     ) -> ReplanState:
-        """Take note of how far the trip is, and plan anew."""
+        """Update the progress of the trip, and replan."""
         state = self._next_trip(self._next_stage(state, physics_state), physics_state)
         return replace(state, action=self._plan(state, physics_state))
 
     def ended(self, state: ReplanState) -> jax.Array:
-        """Whether a trip is given up after the present action; one that succeeds is found out."""
+        """Whether the trip is given up after the current action, () bool.
+
+        The end of a trip that succeeds is known only after the action.
+        """
         return state.time >= MAX_STEPS - 1
 
     def finished(self, state: ReplanState) -> jax.Array:
@@ -128,7 +131,7 @@ class ReplanPolicy(Policy[ReplanState]):
         return state.trip >= TRIPS
 
     def target(self, state: ReplanState) -> Target:
-        """Where the present trip leads."""
+        """The target of the current trip."""
         away = jnp.where(state.trip == 0, jnp.array(CENTRE[:2]), state.away)
         yaw = state.yaws[jnp.minimum(state.trip, TRIPS - 1)]
         return Target(jnp.zeros((), jnp.int32), jnp.append(away, CUBE_HALF_SIZE), yaw)
@@ -146,7 +149,7 @@ class ReplanPolicy(Policy[ReplanState]):
         return replace(state, stage=stage, waited=waited, time=state.time + 1)
 
     def _next_trip(self, state: ReplanState, seen: PhysicsState) -> ReplanState:
-        """Where the plan is through, look: a cube that is elsewhere is fetched again."""
+        """End the trip if the cube is placed once the plan is through; if not, restart the plan."""
         cube = cube_poses(self.scene, seen)[0][0]
         through = state.stage >= len(STAGES)
         placed = jnp.linalg.norm((cube - self.target(state).pos)[:2]) < PLACED
@@ -160,7 +163,7 @@ class ReplanPolicy(Policy[ReplanState]):
         )
 
     def _places(self, state: ReplanState, seen: PhysicsState) -> jax.Array:
-        """The effector's position and yaw at each stage, (stages, 4), the cube as it seems."""
+        """The effector's position and yaw at each stage, (stages, 4), for the estimated cube."""
         positions, quats = cube_poses(self.scene, seen)
         target, hand = self.target(state), control.effector(self.scene, seen)[:4]
         pick = jnp.append(
@@ -184,7 +187,7 @@ class ReplanPolicy(Policy[ReplanState]):
         return jnp.stack([places[name] for name in STAGES])
 
     def _plan(self, state: ReplanState, seen: PhysicsState) -> jax.Array:
-        """The first action (5,) of the way to the next place."""
+        """The first action (5,) towards the next place."""
         stage = jnp.minimum(state.stage, len(STAGES) - 1)
         way = self._places(state, seen)[stage] - control.effector(self.scene, seen)[:4]
         move = way / HORIZON / jnp.array(control.ACTION_SCALE[:4])

@@ -1,4 +1,4 @@
-"""Which cube to move next, and where to, distributed as in OGBench's data collection."""
+"""The choice of the next cube and its target, distributed as in OGBench's data collection."""
 
 import jax
 import jax.numpy as jnp
@@ -9,7 +9,7 @@ from pigbench.envs.scene import CUBE_HALF_SIZE
 
 ON_TOP_DISTANCE = 0.02  # metres in x and y within which a higher cube lies on a lower one
 
-# Probability of stacking a cube on another, drawn uniformly from this range once an episode.
+# Probability of stacking a cube on another, drawn uniformly from this range once per episode.
 STACKING = {1: (0.0, 0.0), 2: (0.0, 0.25), 3: (0.05, 0.35), 4: (0.1, 0.5), 8: (0.0, 0.35)}
 FIRST_STACKING = 0.5  # the probability for an episode's first target
 
@@ -24,7 +24,7 @@ class Target:
 
 
 def is_top(cubes: jax.Array) -> jax.Array:
-    """Which cubes have none on them, (num_cubes,) bool, from their positions (num_cubes, 3)."""
+    """Which cubes have no cube on top, (num_cubes,) bool, from their positions (num_cubes, 3)."""
     offset = cubes[None, :, :] - cubes[:, None, :]
     near = jnp.linalg.norm(offset[..., :2], axis=-1) < ON_TOP_DISTANCE
     return ~jnp.any(near & (offset[..., 2] > 0), axis=1)
@@ -44,7 +44,7 @@ def draw(key: jax.Array, cubes: jax.Array, stacking: jax.Array | float) -> Targe
         cubes: (num_cubes, 3) positions in metres.
         stacking: () probability.
     """
-    # One call for all draws: every call more costs compile time.
+    # One call for all draws, because each call costs compile time.
     cube_unit, base_unit, stack_unit, yaw_unit, *xy_unit = jax.random.uniform(key, (6,))
     top = is_top(cubes)
     cube = _choose(cube_unit, top)
@@ -57,6 +57,6 @@ def draw(key: jax.Array, cubes: jax.Array, stacking: jax.Array | float) -> Targe
 
 
 def _choose(unit: jax.Array, allowed: jax.Array) -> jax.Array:
-    """The index that `unit` () in [0, 1) picks of those allowed, in equal shares; 0 if none is."""
+    """The index that `unit` () in [0, 1) selects uniformly among those allowed; 0 if none is."""
     ranks = jnp.cumsum(allowed)
     return jnp.argmax(ranks > jnp.floor(unit * ranks[-1]))

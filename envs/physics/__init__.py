@@ -26,7 +26,7 @@ def default_engine() -> str:
 
 
 def make(engine: str, scene: Scene) -> Physics:
-    """The engine of that name on a scene; UserError if there is none."""
+    """The engine called `engine` on a scene; `UserError` if there is none."""
     return lookup("physics engine", ENGINES, engine)(scene)
 
 

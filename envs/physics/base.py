@@ -1,4 +1,4 @@
-"""What every physics engine does: advance one simulation by one control step."""
+"""The interface of physics engines, which advance one simulation by one control step."""
 
 import abc
 import warnings
@@ -12,23 +12,24 @@ from flax import struct
 
 from pigbench.envs.scene import Scene
 
-# Nothing in these scenes ever moves this fast (m/s or rad/s): beyond it a simulation has diverged.
+# Nothing in these scenes moves this fast (m/s or rad/s) unless the simulation has diverged.
 MAX_SPEED = 1e3
 
 
 @struct.dataclass
 class Factors:
-    """What a simulation's model is multiplied by; 1 leaves it as it is."""
+    """Factors on the parameters of a simulation's model; 1 leaves them unchanged."""
 
-    friction: jax.Array  # () of all contacts
-    mass: jax.Array  # () of the cubes, inertias included
+    friction: jax.Array  # () on all contacts
+    mass: jax.Array  # () on the cubes' masses and inertias
 
 
 @struct.dataclass
 class PhysicsState:
-    """A simulation between two control steps; float32, the same for all engines.
+    """A simulation between two control steps, in float32, the same for all engines.
 
-    As in OGBench, pinch and contact are those of the last substep's start, 2 ms behind qpos.
+    As in OGBench, pinch pose and pad force are those at the start of the last substep, 2 ms behind
+    qpos.
     """
 
     qpos: jax.Array  # (nq,)
@@ -37,13 +38,13 @@ class PhysicsState:
     pinch_pos: jax.Array  # (3,) metres
     pinch_yaw: jax.Array  # () radians
     pad_force: jax.Array  # () norm of the external wrench on the right finger's pad
-    diverged: jax.Array  # () bool; the rest is the last good state
-    overflow: jax.Array  # () bool: it counts as diverged because the engine ran out of room for it
+    diverged: jax.Array  # () bool; if true, the rest is the last good state
+    overflow: jax.Array  # () bool: diverged because the engine ran out of room for contacts
     factors: Factors | None = None  # None where all simulations share the scene's model
 
 
 def warn_of_overflow(states: PhysicsState) -> None:
-    """Warns if simulations of a batch count as diverged for want of room for their contacts."""
+    """Warn if simulations of a batch count as diverged because contacts did not fit."""
     count = int(np.sum(states.overflow))
     if count:
         warnings.warn(
@@ -55,7 +56,7 @@ def warn_of_overflow(states: PhysicsState) -> None:
 
 
 class Physics(abc.ABC):
-    """One engine on one scene. `init` and `step` are for a single simulation: vmap them."""
+    """An engine on a scene. `init` and `step` are for a single simulation: vmap them."""
 
     name: ClassVar[str]
 
@@ -63,7 +64,7 @@ class Physics(abc.ABC):
         self.scene = scene
 
     def init(self, qpos: jax.Array, qvel: jax.Array | None = None) -> PhysicsState:
-        """The state at qpos (nq,) and qvel (nv,), by default at rest."""
+        """The state at qpos (nq,) and qvel (nv,), at rest by default."""
         qvel = jnp.zeros(self.scene.model.nv) if qvel is None else qvel
         zero = jnp.zeros(())
         blank = PhysicsState(
@@ -83,11 +84,11 @@ class Physics(abc.ABC):
     ) -> PhysicsState:
         """One control step under `ctrl` (7,): arm joint targets and gripper control.
 
-        A simulation that is not `active`, or has diverged, stays as it is and costs nothing
-        where the engine can skip it. A control that is not finite makes it diverge.
+        A simulation that is not `active`, or has diverged, does not change, and costs nothing if
+        the engine can skip it. A control that is not finite makes a simulation diverge.
         """
         active = jnp.logical_and(active, ~state.diverged)
-        # Engines take such a control for zero, and go on.
+        # Engines would replace such a control by zero and continue.
         sane = jnp.all(jnp.isfinite(ctrl))
         return self._accept(state, self._advance(state, ctrl, active), active, sane)
 
@@ -106,8 +107,8 @@ class Physics(abc.ABC):
 
     @abc.abstractmethod
     def _forward(self, state: PhysicsState) -> PhysicsState:
-        """Fill in what follows from qpos and qvel."""
+        """Compute the fields that follow from qpos and qvel."""
 
     @abc.abstractmethod
     def _advance(self, state: PhysicsState, ctrl: jax.Array, active: jax.Array) -> PhysicsState:
-        """SUBSTEPS substeps; whatever it returns for a simulation that is not active is dropped."""
+        """Take SUBSTEPS substeps; the results of simulations that are not active are discarded."""

@@ -1,6 +1,6 @@
-"""What MuJoCo's engines in XLA programs, `mjx-warp` and `mjx-jax`, have in common."""
+"""The common part of the engines that run inside XLA programs, `mjx-warp` and `mjx-jax`."""
 
-# mujoco's compiled modules carry no types.
+# mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
 import abc
@@ -18,11 +18,11 @@ from pigbench.envs.quiet import quiet
 from pigbench.envs.scene import SUBSTEPS, Scene
 
 Run = Callable[[PhysicsState, jax.Array], PhysicsState]
-"""From states and controls to states."""
+"""A function from states and controls to states."""
 
 
 class MjxPhysics(Physics):
-    """Single precision throughout, on the device."""
+    """MJX, in single precision throughout and on the device."""
 
     implementation: ClassVar[str]
 
@@ -44,7 +44,7 @@ class MjxPhysics(Physics):
 
     @abc.abstractmethod
     def _make_data(self, simulations: int) -> Any:
-        """The `mjx.Data` of one simulation among so many that are stepped together."""
+        """The `mjx.Data` of one of `simulations` simulations that are stepped together."""
 
     def _overflow(self, data: Any) -> jax.Array:
         """Whether there was no room for a contact or a constraint row, () bool."""
@@ -57,10 +57,10 @@ class MjxPhysics(Physics):
         return self._all[SUBSTEPS](state, ctrl)
 
     def _simulate(self, substeps: int, states: PhysicsState, ctrl: jax.Array) -> PhysicsState:
-        """So many substeps of a batch, arrays (simulations, ...); none: what follows from it."""
+        """Substeps of a batch, arrays (simulations, ...); with 0, only a forward pass."""
         with jax.ensure_compile_time_eval():
             data = jax.tree.map(np.asarray, self._make_data(len(ctrl)))
-        # Buffers are of one number each: computed, they are no constants in the program.
+        # Most buffers repeat one number; if computed, they are not constants in the program.
         blank = jax.tree.map(_uniform, data)
 
         def simulate(state: PhysicsState, ctrl: jax.Array) -> PhysicsState:
@@ -73,7 +73,7 @@ class MjxPhysics(Physics):
             data = jax.lax.fori_loop(0, substeps, lambda _, data: self._substep(model, data), data)
             return self._read(state, data)
 
-        if len(ctrl) == 1:  # unmapped, loops within a step end when they can, not all together
+        if len(ctrl) == 1:  # without vmap, loops within a step end as soon as they can
             alone = simulate(*jax.tree.map(lambda x: x[0], (states, ctrl)))
             return jax.tree.map(lambda x: x[None], alone)
         return jax.vmap(simulate)(states, ctrl)
@@ -82,7 +82,7 @@ class MjxPhysics(Physics):
         return self._mjx.step(model, data)
 
     def _varied(self, factors: Factors) -> Any:
-        """The model of one simulation."""
+        """The model of one simulation, scaled by its factors."""
         model, scene = self._model, self.scene
         cubes, dofs = scene.cube_bodies, scene.cubes_qvel
         heavier = {
@@ -117,10 +117,10 @@ def _uniform(x: np.ndarray) -> jax.Array:
 
 
 def _over_all_axes(run: Run) -> Run:
-    """`run`, of arrays (simulations, ...), as a function of one simulation that is to be vmapped.
+    """Turn `run`, on arrays (simulations, ...), into a function of one simulation, to be vmapped.
 
-    All axes that are mapped over it become the one that `run` sees, so that it knows how many
-    simulations there are, for which its engine must make room.
+    All mapped axes are merged into the one that `run` sees, so that it knows the number of
+    simulations for which its engine must make room.
     """
 
     @jax.custom_batching.custom_vmap

@@ -1,6 +1,6 @@
 """Engine `mjx-jax`, for TPUs and other accelerators: MJX in pure JAX."""
 
-# mujoco's compiled modules carry no types.
+# mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
 from functools import cache
@@ -11,13 +11,14 @@ import jax.numpy as jnp
 from pigbench.envs.physics.mjx import MjxPhysics
 from pigbench.envs.scene import Scene
 
-# Of MJX's solver in JAX, and of its line search, which looks at three points in each. C needs 13 at
-# most in OGBench's play, and 31 points; in single precision some go on to the default's 100.
+# The limit of MJX's solver in JAX, and of its line search, which evaluates three points per
+# iteration. On OGBench's play data, C needs at most 13 iterations and 31 points; in single
+# precision, some solves would run to the default of 100.
 _ITERATIONS = 20
 
 
 class MjxJax(MjxPhysics):
-    """MJX in pure JAX. On a CPU only for a few environments: it compiles long and runs slowly."""
+    """MJX in pure JAX. On a CPU it compiles and runs slowly: use it for a few environments only."""
 
     name = "mjx-jax"
     implementation = "jax"
@@ -34,7 +35,7 @@ class MjxJax(MjxPhysics):
         return self._mjx.make_data(self.scene.model, impl=self.implementation)
 
     def _substep(self, model: Any, data: Any) -> Any:
-        """MJX takes an actuator at its force limit for one that still damps; C does not."""
+        """A substep in which actuators at their force limit do not damp, as in C but not in MJX."""
         data = self._mjx.forward(model, data)
         low, high = self.scene.model.actuator_forcerange.T
         at_limit = (data.actuator_force <= low) | (data.actuator_force >= high)
@@ -46,9 +47,9 @@ class MjxJax(MjxPhysics):
 def _mend_line_search() -> None:
     """Keep MJX's solver from stopping early in single precision.
 
-    Its line search expands the square of a contact's tangential velocity in the step length. Where
-    a contact sticks, the sum can round to less than zero, whose root is no number, and every
-    candidate is refused. The constant term is enlarged by what rounding may take away.
+    Its line search expands the square of a contact's tangential velocity in the step length. For a
+    sticking contact, rounding can make the sum negative; its square root is then NaN, and every
+    candidate is rejected. The fix enlarges the constant term by the possible rounding error.
     """
     from mujoco.mjx._src import solver
 

@@ -1,6 +1,6 @@
 """Engine `mjx-warp`, for NVIDIA GPUs: MJX over NVIDIA Warp."""
 
-# mujoco's compiled modules carry no types.
+# mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
 import importlib.util
@@ -13,14 +13,14 @@ from pigbench.envs.physics.mjx import MjxPhysics
 from pigbench.envs.scene import Scene
 from pigbench.errors import UserError
 
-# Room for contacts of one simulation: those of a grasp, and those that a cube has with the floor, a
-# wall and its neighbours. Six episodes of OGBench's play with two cubes have 24 at most, of 56.
+# Room for the contacts of one simulation: those of a grasp, and those of each cube with the floor,
+# a wall and its neighbours. Six episodes of OGBench's play with two cubes need at most 24 of 56.
 _GRASP_CONTACTS, _CUBE_CONTACTS = 32, 12
-_ROWS = 3  # constraint rows of a contact, and the most of an equality
+_ROWS = 3  # constraint rows per contact, and at most per equality
 
 
 class MjxWarp(MjxPhysics):
-    """MJX over NVIDIA Warp. Raises UserError where the package's `warp` extra is not installed."""
+    """MJX over NVIDIA Warp. Raises `UserError` if the `warp` extra is not installed."""
 
     name = "mjx-warp"
     implementation = "warp"
@@ -31,7 +31,7 @@ class MjxWarp(MjxPhysics):
         super().__init__(scene)
         from mujoco.mjx.third_party.mujoco_warp import OverflowType
 
-        self._no_overflow = OverflowType.ITERATIONS  # a solver that stops early, as in C
+        self._no_overflow = OverflowType.ITERATIONS  # the solver stopped early, as it may in C
 
     def _make_model(self) -> Any:
         return super()._make_model().tree_replace({"opt._impl.warn_overflow": 0})

@@ -1,6 +1,6 @@
 """MuJoCo in C on all cores, behind a host callback."""
 
-# mujoco's compiled modules carry no types.
+# mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
 import copy
@@ -20,7 +20,7 @@ from pigbench.envs.scene import SUBSTEPS, Scene
 
 
 class MujocoPhysics(Physics):
-    """Double precision inside a control step, float32 between control steps."""
+    """MuJoCo in C: double precision within a control step, float32 between control steps."""
 
     name = "mujoco"
 
@@ -28,11 +28,11 @@ class MujocoPhysics(Physics):
         super().__init__(scene)
         _keep_no_log()
         self._model = copy.copy(scene.model)
-        # A simulation that diverges must show, not restart by itself.
+        # Divergence must be detected; MuJoCo would reset the simulation by itself.
         self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self._threads = threads or len(os.sched_getaffinity(0))
         self._batches: dict[tuple[int, bool], Batch] = {}
-        self._lock = threading.Lock()  # a batch serves one thread of the caller's at a time
+        self._lock = threading.Lock()  # only one of the caller's threads may use a batch at a time
 
     def _forward(self, state: PhysicsState) -> PhysicsState:
         ctrl = jnp.zeros(self.scene.model.nu)
@@ -54,8 +54,8 @@ class MujocoPhysics(Physics):
         )
 
     def _run(self, substeps: int, state: PhysicsState, ctrl, active) -> PhysicsState:
-        """On the host, in NumPy: any leading dimensions are simulations of one batch."""
-        # Fetched before the lock is taken, which must not be held while JAX is waited for.
+        """The callback on the host, in NumPy; leading dimensions are simulations of one batch."""
+        # Fetched before the lock is taken, because it must not be held while waiting for JAX.
         state, ctrl, active = jax.tree.map(np.asarray, (state, ctrl, active))
         with self._lock:
             return self._run_batch(substeps, state, ctrl, active)
@@ -104,7 +104,7 @@ class MujocoPhysics(Physics):
         return replace(state, **shaped)
 
     def _batch(self, nsim: int, *, varied: bool) -> Batch:
-        """Kept from call to call. One whose simulations have models of their own is another."""
+        """The batch for `nsim` simulations, cached; `varied` if each has a model of its own."""
         if (nsim, varied) not in self._batches:
             batch = Batch(self._model, nsim, self._threads)
             for field in ("site_xpos", "site_xmat", "cfrc_ext"):
@@ -114,7 +114,7 @@ class MujocoPhysics(Physics):
 
 
 def _vary(batch: Batch, scene: Scene, factors: Factors) -> None:
-    """Give each simulation of the batch a model of its own, where it does not have it yet."""
+    """Give each simulation of the batch its own model, if it does not have it yet."""
     cubes, friction, mass = scene.cube_bodies, factors.friction.ravel(), factors.mass.ravel()
     wanted = {"pair_friction": friction[:, None, None] * batch.model.pair_friction}
     for field in ("body_mass", "body_inertia"):
@@ -129,8 +129,9 @@ def _vary(batch: Batch, scene: Scene, factors: Factors) -> None:
 
 
 def _keep_no_log() -> None:
-    """What MuJoCo warns of, simulations that diverge, is in their state; it would write it into
-    MUJOCO_LOG.TXT wherever the user is.
+    """Keep MuJoCo from writing warnings to MUJOCO_LOG.TXT in the user's working directory.
+
+    It warns of simulations that diverge, which their states record.
     """
     if mujoco.get_mju_user_warning() is None:
         mujoco.set_mju_user_warning(lambda _: None)

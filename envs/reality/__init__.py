@@ -1,6 +1,6 @@
-"""What stands between a robot's policy and its world: an estimate, delays, and what varies.
+"""The imperfections of a real robot: estimated poses, delays and varying dynamics.
 
-`REAL` is how `cube-centre` has it; `Reality()` is all zero, where nothing stands between.
+`REAL` is the setting of `cube-centre`; in `Reality()`, everything is zero, so nothing is imperfect.
 """
 
 from dataclasses import dataclass, field, replace
@@ -20,12 +20,12 @@ from pigbench.envs.scene import Scene
 
 @dataclass(frozen=True)
 class Reality:
-    """The parts, each of which may be set to zero.
+    """The imperfections, each of which may be set to zero.
 
     Attributes:
-        estimate: how the cubes' poses are known.
-        action_delay: control steps until an action is carried out.
-        variation: what an episode's dynamics are drawn from.
+        estimate: how the cubes' poses are estimated.
+        action_delay: control steps until an action is executed.
+        variation: the range of an episode's dynamics.
     """
 
     estimate: PoseEstimate = field(default_factory=PoseEstimate)
@@ -36,51 +36,52 @@ class Reality:
 REAL = Reality(
     estimate=PoseEstimate(
         # FoundationPose (Wen et al., CVPR 2024, table 1): areas under the curve up to 10 cm of
-        # 97.4 % (ADD-S) and 91.5 % (ADD) on YCB-Video are mean errors of 2.6 and 8.5 mm, the second
-        # with turns that symmetric objects do not show. The depth of a D415 (baseline 55 mm, 65
-        # degrees over 1280 pixels) is off by 1.4 mm at a metre if disparity is by 0.08 pixels
-        # (Intel's notes on tuning its D400 cameras expect less than 0.1); a pose averages over it.
+        # 97.4 % (ADD-S) and 91.5 % (ADD) on YCB-Video are mean errors of 2.6 and 8.5 mm, and the
+        # latter counts rotations under which an object is symmetric. The depth of a D415 (baseline
+        # 55 mm, 65 degrees over 1280 pixels) is off by 1.4 mm at a metre if the disparity is off by
+        # 0.08 pixels (Intel's notes on tuning its D400 cameras expect less than 0.1); a pose
+        # averages over it.
         position_noise=0.002,
         yaw_noise=np.radians(2.0),
-        # Calibrations of a camera beside an arm are commonly good to a few millimetres.
+        # The calibration of a camera beside an arm is commonly accurate to a few millimetres.
         position_bias=0.003,
         yaw_bias=np.radians(1.0),
-        # Its tail (ADD recalls of whole benchmarks are means over frames that are good or far off)
-        # is this model's assumption, not a published figure.
+        # The tail of the errors is an assumption of this model, not a published figure (published
+        # ADD recalls are means over frames that are good or far off).
         misregistration=0.1,
         misregistration_bias=0.03,
         dropout=0.02,
-        # Half the fingers' length: they hide what is between them, not the whole of a cube.
+        # Half the fingers' length: they hide what is between them, not a whole cube.
         occlusion_distance=0.05,
         occluded_dropout=0.3,
-        # 30 frames per second, and FoundationPose's tracking at 32: two control steps, rounded up.
+        # 30 frames per second, and FoundationPose tracks at 32: two control steps, rounded up.
         latency=2,
     ),
-    action_delay=1,  # a servo command's way through the controller, rounded up to a control step
+    action_delay=1,  # a servo command's time in the controller, rounded up to a control step
     variation=Variation(friction=0.3, mass=0.3),
 )
 
 
 @struct.dataclass
 class Senses:
-    """An episode's: key and number of its next draws, what is known, what is under way."""
+    """The state of an episode's imperfections."""
 
-    key: jax.Array  # as bare numbers: Brax's wrappers and others take states for arrays of such
-    time: jax.Array  # ()
+    key: jax.Array  # as raw numbers, because Brax's wrappers and others expect such arrays
+    time: jax.Array  # () control steps, folded into the key for the next draws
     track: estimate.Track
-    actions: jax.Array  # (action_delay, 5)
+    actions: jax.Array  # (action_delay, 5), requested and not yet executed
 
 
 @struct.dataclass
 class World:
-    """A simulation, and what stands between it and whoever acts in it: None is nothing."""
+    """A simulation, and the imperfections through which a policy sees it; None without any."""
 
     physics: PhysicsState
     senses: Senses | None
 
 
 def begin(key: jax.Array, reality: Reality, scene: Scene, physics: PhysicsState) -> World:
-    """An episode's world, from a simulation at rest."""
+    """The world at the start of an episode, from a simulation at rest."""
     factors_key, track_key, key = jax.random.split(key, 3)
     physics = replace(physics, factors=variation.draw(factors_key, reality.variation))
     senses = Senses(
@@ -93,20 +94,20 @@ def begin(key: jax.Array, reality: Reality, scene: Scene, physics: PhysicsState)
 
 
 def act(senses: Senses, action: jax.Array) -> tuple[Senses, jax.Array]:
-    """The action (5,) that is carried out now, given that which is asked for now."""
+    """The senses after `action` (5,) is requested, and the action (5,) that is executed now."""
     actions, due = delay.push(senses.actions, action)
     return replace(senses, actions=actions), due
 
 
 def look(reality: Reality, scene: Scene, senses: Senses, physics: PhysicsState) -> Senses:
-    """What is known after a control step."""
+    """The senses after a control step that led to `physics`."""
     key = jax.random.fold_in(jax.random.wrap_key_data(senses.key), senses.time)
     track = estimate.advance(key, reality.estimate, scene, senses.track, physics)
     return replace(senses, time=senses.time + 1, track=track)
 
 
 def perceived(scene: Scene, world: World) -> PhysicsState:
-    """The simulation as it seems to whoever acts in it: cubes are where they are thought to be."""
+    """The simulation as the policy perceives it, with the cubes at their estimated poses."""
     if world.senses is None:
         return world.physics
     qpos = world.physics.qpos.at[scene.cubes_qpos].set(world.senses.track.known.ravel())

@@ -1,8 +1,8 @@
-"""Where a camera says that the cubes are.
+"""A camera's estimates of the cubes' poses.
 
-A frame is taken at every control step. An episode's error of calibration and a frame's noise are
-added to each cube's true pose; a frame in which the cube is not found leaves the estimate before
-it; and what the camera sees is known some control steps later.
+A frame is taken at every control step. Each cube's true pose is disturbed by an episode's
+calibration error and a frame's noise. If the cube is not found in a frame, the previous estimate
+stays; estimates are known only after a latency of some control steps.
 """
 
 from dataclasses import dataclass, replace
@@ -20,17 +20,17 @@ from pigbench.envs.scene import Scene
 
 @dataclass(frozen=True)
 class PoseEstimate:
-    """How a pose's estimate differs from the pose; where all is 0, it does not.
+    """The error of an estimated pose; if all fields are 0, the estimate is exact.
 
     Attributes:
         position_noise: metres, standard deviation of each coordinate in every frame.
         yaw_noise: radians, likewise.
         position_bias: metres, standard deviation of each coordinate's error that lasts an episode.
         yaw_bias: radians, likewise.
-        misregistration: the probability that an episode's track of a cube begins at a wrong pose.
-        misregistration_bias: metres, by which it is off then, as `position_bias`.
+        misregistration: the probability that an episode's track of a cube starts at a wrong pose.
+        misregistration_bias: metres, replaces `position_bias` in that case.
         dropout: the probability that a frame is lost.
-        occlusion_distance: metres from the pinch point to a cube that the gripper covers.
+        occlusion_distance: metres from the pinch point within which the gripper covers a cube.
         occluded_dropout: the probability that a frame of a covered cube is lost.
         latency: control steps from a frame to its estimate.
     """
@@ -49,13 +49,13 @@ class PoseEstimate:
 
 @struct.dataclass
 class Track:
-    """What is known of the cubes' poses, each a position 3 and a quaternion 4.
+    """The estimates of the cubes' poses, each a position 3 and a quaternion 4.
 
     Attributes:
-        bias: (num_cubes, 4) metres and radians of yaw, an episode's.
+        bias: (num_cubes, 4) in metres and radians of yaw, fixed for the episode.
         line: (latency, num_cubes, 7), estimates that are not known yet.
-        newest: (num_cubes, 7), the last to be made.
-        known: (num_cubes, 7), the last to be known.
+        newest: (num_cubes, 7), the latest estimate made.
+        known: (num_cubes, 7), the latest estimate known.
     """
 
     bias: jax.Array
@@ -65,7 +65,7 @@ class Track:
 
 
 def begin(key: jax.Array, model: PoseEstimate, scene: Scene, physics: PhysicsState) -> Track:
-    """An episode's first estimate, of a scene at rest: there was time to see it."""
+    """The first estimate of an episode, known at once because the scene is at rest."""
     bias_key, wrong_key, noise_key = jax.random.split(key, 3)
     wrong = jax.random.uniform(wrong_key, (scene.num_cubes, 1)) < model.misregistration
     usual = jnp.array([*[model.position_bias] * 3, model.yaw_bias])
@@ -78,7 +78,7 @@ def begin(key: jax.Array, model: PoseEstimate, scene: Scene, physics: PhysicsSta
 def advance(
     key: jax.Array, model: PoseEstimate, scene: Scene, track: Track, physics: PhysicsState
 ) -> Track:
-    """What is known a control step later, with a frame of the scene as it is then."""
+    """The estimates one control step later, with a new frame of the scene."""
     noise_key, loss_key = jax.random.split(key)
     poses = _poses(scene, physics)
     distance = jnp.linalg.norm(poses[:, :3] - physics.pinch_pos, axis=-1)
@@ -92,7 +92,7 @@ def advance(
 
 
 def _measure(key: jax.Array, model: PoseEstimate, bias: jax.Array, poses: jax.Array) -> jax.Array:
-    """A frame's estimate of poses (num_cubes, 7)."""
+    """The estimate (num_cubes, 7) of `poses` from one frame."""
     scale = jnp.array([*[model.position_noise] * 3, model.yaw_noise])
     error = bias + scale * jax.random.normal(key, bias.shape)
     turned = quat_product(yaw_quat(error[:, 3]), poses[:, 3:])

@@ -1,4 +1,4 @@
-"""What differs from one real episode to the next: how rough things are, and how heavy."""
+"""Dynamics that vary between the episodes of a real robot: friction and mass."""
 
 from dataclasses import dataclass
 
@@ -9,11 +9,11 @@ from pigbench.envs.physics import Factors
 
 @dataclass(frozen=True)
 class Variation:
-    """How far an episode's dynamics may lie from the model's; 0 is not at all.
+    """How far an episode's dynamics may deviate from the model's; 0 means not at all.
 
     Attributes:
-        friction: the largest change of the friction of all contacts, as a share of it.
-        mass: that of the cubes' masses and inertias.
+        friction: the largest relative change of the friction of all contacts.
+        mass: the largest relative change of the cubes' masses and inertias.
     """
 
     friction: float = 0.0
@@ -21,6 +21,6 @@ class Variation:
 
 
 def draw(key: jax.Array, variation: Variation) -> Factors:
-    """An episode's factors, each uniform."""
+    """The factors of an episode, each drawn uniformly."""
     friction, mass = jax.random.uniform(key, (2,), minval=-1.0)
     return Factors(friction=1 + variation.friction * friction, mass=1 + variation.mass * mass)

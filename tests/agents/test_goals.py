@@ -123,5 +123,5 @@ def test_an_agent_that_does_not_know_other_goals_refuses_them():
 
     space = {"observation_size": 1, "action_size": 1, "layout": {"cube_0_pos": slice(0, 1)}}
     StatesAlone(agents.AgentConfig(), **space)
-    with pytest.raises(UserError, match="goals is 'cubes': StatesAlone knows state alone"):
+    with pytest.raises(UserError, match="goals is 'cubes': StatesAlone supports only state"):
         StatesAlone(agents.AgentConfig(goals="cubes"), **space)

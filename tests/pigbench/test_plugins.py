@@ -66,7 +66,7 @@ def test_the_pages_file_is_a_method():
     assert '--8<-- "examples/huber_bc.py"' in PAGE.read_text()
     listed = pigbench("list", "methods", "--plugin", FILE)
     assert "huber-bc" in listed.stdout
-    assert "behaviour cloning with Huber's loss" in listed.stdout
+    assert "behaviour cloning with the Huber loss" in listed.stdout
 
 
 def test_the_pages_package_trains_evaluates_and_is_tabled(installed, data, tmp_path):
