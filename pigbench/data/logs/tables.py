@@ -16,10 +16,10 @@ from pigbench.support.extras import required
 
 def read(path: Path) -> Table:
     """The columns of a file whose name ends in one of `READERS`. UserError for what is wrong."""
-    if path.suffix not in READERS:
-        raise UserError(f"{path} does not end in {' or '.join(READERS)}, as logs do")
     if not path.is_file():
         raise UserError(f"{path} does not exist")
+    if path.suffix not in READERS:
+        raise UserError(f"{path} does not end in {' or '.join(READERS)}, as logs do")
     return READERS[path.suffix](path)
 
 
