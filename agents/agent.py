@@ -11,7 +11,9 @@ import numpy as np
 from pigbench.agents import directions
 from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
+from pigbench.agents.constraints import Constraint
 from pigbench.agents.directions import Coordinates, Direction
+from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
@@ -110,13 +112,13 @@ class Agent(abc.ABC, Generic[Config]):
         return directions.make(name, Coordinates(self.layout, self.statistics, self.units))
 
     @property
-    def motion_in(self) -> str:
-        """The key of `DIRECTIONS` that the agent's residuals measure motion in."""
-        return "own"
+    def residual_constants(self) -> Regularizer | Constraint:
+        """Those of the residuals of its values, as far as it is trained on any."""
+        return Regularizer()
 
-    def motion(self, states: jax.Array, next_states: jax.Array, *, epsilon: float) -> jax.Array:
-        """The direction u of a step that the agent's residuals use, in observations, (B, o)."""
-        return self.direction(self.motion_in)(states, next_states, epsilon=epsilon)
+    def value_learner(self, params: Params, batch: Batch) -> "tuple[Agent[Any], Params, Batch]":
+        """What learns `state_values`: an agent, its parameters, and the batch as it sees it."""
+        return self, params, batch
 
     @property
     def sampling(self) -> Sampling:

@@ -17,8 +17,10 @@ import jax.numpy as jnp
 from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, take_prefix
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig, require
+from pigbench.agents.constraints import Constraint
 from pigbench.agents.flow import FlowPolicy, best_of
 from pigbench.agents.gcivl import GCIVLConfig
+from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
 from pigbench.agents.statistics import Statistics
@@ -193,14 +195,14 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         return self.low.state_values(low, self.represent(observations), self.represent(goals))
 
     @property
-    def motion_in(self) -> str:
-        """The low level's choice."""
-        return self.low.motion_in
+    def residual_constants(self) -> Regularizer | Constraint:
+        """The low level's."""
+        return self.low.residual_constants
 
-    def motion(self, states: jax.Array, next_states: jax.Array, *, epsilon: float) -> jax.Array:
-        """The low level's direction, lifted from its representation to observations."""
-        x, next_x = self.represent(states), self.represent(next_states)
-        return self.represent.lift(self.low.motion(x, next_x, epsilon=epsilon), like=states)
+    def value_learner(self, params: Params, batch: Batch) -> tuple[Agent[Any], Params, Batch]:
+        """The low level, and the batch in its representation, with the goals that it learns on."""
+        _, low = _levels(params)
+        return self.low, low, self._low_batch(batch, cast(Subgoals, batch.subgoals))
 
     def _high_loss(
         self,

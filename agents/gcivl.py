@@ -50,9 +50,9 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
     members = 2
 
     @property
-    def motion_in(self) -> str:
-        """The regulariser's choice."""
-        return self.config.regularizer.direction
+    def residual_constants(self) -> Regularizer:
+        """The regulariser's."""
+        return self.config.regularizer
 
     @cached_property
     def value(self) -> Value:
@@ -96,7 +96,7 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
 
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
-        direction = self.direction(self.motion_in)
+        direction = self.direction(config.regularizer.direction)
         step_value = self._step_value  # residuals assume a cost of 1 per step
         goals = self.as_goals(batch.value_goals)
 

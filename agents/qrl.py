@@ -63,9 +63,9 @@ class QRL(PolicyAgent[QRLConfig]):
     """
 
     @property
-    def motion_in(self) -> str:
-        """The constraint's choice."""
-        return self.config.constraint.direction
+    def residual_constants(self) -> Constraint:
+        """The constraint's."""
+        return self.config.constraint
 
     @cached_property
     def quasimetric(self) -> Quasimetric:
@@ -127,7 +127,7 @@ class QRL(PolicyAgent[QRLConfig]):
             batch.observations,
             batch.next_observations,
             step_distances,
-            self.direction(self.motion_in),
+            self.direction(config.constraint.direction),
         ).mean()
         push = losses.push_apart(distances, offset=config.push_offset, beta=config.push_beta).mean()
         loss = push + losses.lagrangian(

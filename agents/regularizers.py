@@ -73,7 +73,7 @@ class Regularizer:
     """
 
     kind: str = "none"  # none, eikonal or hjb
-    weight: float = 1.0  # lambda: the weight of the residual in the loss
+    weight: float = 1.0  # lambda: the weight of the residual, for a cost of 1, in the loss
     speed: float = 1.0  # S(s) of the Eikonal equation, the same in all states
     epsilon: float = 1e-6  # of the HJB direction, to keep it finite where nothing moves
     direction: str = "own"  # of HJB: own, raw, standardized or positions

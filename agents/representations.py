@@ -78,13 +78,6 @@ class Representation:
             return x
         return x * self._statistics.deviation + self._statistics.mean
 
-    def lift(self, directions: jax.Array, *, like: jax.Array) -> jax.Array:
-        """Directions in x as directions in observations shaped `like`: (..., size) to (..., o)."""
-        scaled, lifted = directions * self.units, jnp.zeros_like(like)
-        for term, part in self._slices.items():
-            lifted = lifted.at[..., part].set(scaled[..., self.layout[term]])
-        return lifted
-
     def statistics(self, of: Statistics | None) -> Statistics | None:
         """The statistics of x, from those of observations."""
         if self._statistics is not None:

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench import envs
+from pigbench import envs, seeds
 from pigbench.agents import FlowHierarchy, Params
 from pigbench.agents.representations import is_position
 from pigbench.analysis.modes import HOLDING, contact_modes, pinch_points
@@ -42,7 +42,7 @@ def draw(
     """Up to `samples` of them, goals drawn as the agent's actor has them in training."""
     steps = agent.config.subgoal_steps
     rows = sampler.Rows.from_split(split)
-    drawn = sampler.sample_indices(jax.random.key(seed), rows.episode_ends, agent.sampling, _DRAWS)
+    drawn = sampler.sample_indices(seeds.key(seed), rows.episode_ends, agent.sampling, _DRAWS)
     starts, goals = np.asarray(drawn.starts), np.asarray(drawn.actor_goals)
     ends = np.asarray(rows.episode_ends)
     observations = np.asarray(rows.observations)
@@ -63,7 +63,7 @@ def measure(
     env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
 ) -> dict[str, np.ndarray]:
     """Metres in x and y from a subgoal's pinch point to the cube, (N,): the data's, and a draw."""
-    generated = jax.jit(agent.subgoals)(params, grasps.starts, grasps.goals, jax.random.key(seed))
+    generated = jax.jit(agent.subgoals)(params, grasps.starts, grasps.goals, seeds.key(seed))
     subgoals = {
         "the data's subgoal": agent.represent(jnp.asarray(grasps.ahead)),
         "generated": generated,

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from pigbench import seeds
-from pigbench.agents import Agent, Params, Regularizer
+from pigbench.agents import Agent, Params
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.regularizers import eikonal_residual, hjb_residual
 from pigbench.agents.representations import is_object
@@ -18,16 +18,15 @@ from pigbench.data import sampler
 from pigbench.data.sampler import Rows
 
 _BATCH = 1000
-_CONSTANTS = Regularizer()
 
 
 class Residuals(NamedTuple):
     """Numbers of N transitions, each (N,).
 
-    eikonal and hjb are the residuals of Eqs. Eik_reg and ca_hjb, the latter along the motion that
-    the agent's own training looks along, gradient is the gradient's norm
-    in the state, and robot and object are the shares of its square along their coordinates (NaN
-    where the gradient is zero).
+    eikonal and hjb are the residuals of `agents/regularizers.py`, with the constants, the goals and
+    the coordinates that the agent trains its value with (a hierarchy its low level's). gradient is
+    the norm of the gradient in the state, and robot and object are the shares of its square along
+    their coordinates (NaN where the gradient is zero).
     """
 
     eikonal: np.ndarray
@@ -60,27 +59,35 @@ def _measure_batch(
     """States, and the columns of `Residuals`."""
     batch = sampler.sample(key, rows, agent.sampling, _BATCH)
 
-    def value(states: jax.Array) -> jax.Array:
-        return agent.state_values(params, states, batch.value_goals)
+    learner, learned, seen = agent.value_learner(params, batch)
+    constants = learner.residual_constants
 
-    states, next_states = batch.observations, batch.next_observations
-    _, eikonal = eikonal_residual(value, states, speed=_CONSTANTS.speed)
+    def value(states: jax.Array) -> jax.Array:
+        return learner.state_values(learned, states, seen.value_goals)
+
+    states = seen.observations
+    _, eikonal = eikonal_residual(value, states, speed=constants.speed)
     _, hjb = hjb_residual(
-        value, states, next_states, epsilon=_CONSTANTS.epsilon, direction=agent.motion
+        value,
+        states,
+        seen.next_observations,
+        epsilon=constants.epsilon,
+        direction=learner.direction(constants.direction),
     )
     gradients = jax.grad(lambda states: value(states).sum())(states)
     squares = gradients**2 / jnp.sum(gradients**2, axis=-1, keepdims=True)
     shares = {
-        kind: jnp.stack(
-            [
+        kind: sum(
+            (
                 squares[:, part].sum(axis=-1)
-                for term, part in agent.layout.items()
+                for term, part in learner.layout.items()
                 if is_object(term) == kind
-            ]
-        ).sum(axis=0)
+            ),
+            start=jnp.zeros(len(states)),
+        )
         for kind in (False, True)
     }
-    return states, eikonal, hjb, safe_norm(gradients), shares[False], shares[True]
+    return batch.observations, eikonal, hjb, safe_norm(gradients), shares[False], shares[True]
 
 
 def by_mode(modes: np.ndarray, values: np.ndarray) -> Mapping[str, np.ndarray]:

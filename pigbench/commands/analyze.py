@@ -30,8 +30,9 @@ HEADER = (
 _SCALES = 1, 1, 1, 100, 100
 CAPTION = (
     "Medians over transitions of the data, except the share of each mode. The gradient is that of "
-    "the value in the state; along robot and object are the shares of its square. The HJB residual "
-    "looks along motion as the run's training does (direction {direction!r})."
+    "the value in the state; along robot and object are the shares of its square. Goals, "
+    "coordinates and constants are those that the run trains its value with (direction of HJB: "
+    "{direction!r})."
 )
 
 
@@ -68,7 +69,7 @@ class Analyze:
             modes, residuals = measure(
                 agent, state.acting, rows, samples=self.samples, seed=self.seed
             )
-            caption = CAPTION.format(direction=agent.motion_in)
+            caption = CAPTION.format(direction=agent.residual_constants.direction)
             table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{caption}\n"
             print(table)
             files.write_text(out / "residuals.md", table)

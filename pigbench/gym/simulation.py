@@ -64,12 +64,21 @@ class Simulation:
         last = self.env.num_tasks
         if "task_id" not in options:
             return draws.integers(1, last + 1, count)
-        tasks = np.broadcast_to(options["task_id"], (count,))
-        if not np.all((tasks >= 1) & (tasks <= last)):
+        tasks = np.asarray(options["task_id"])
+        known = np.issubdtype(tasks.dtype, np.integer) and np.all((tasks >= 1) & (tasks <= last))
+        if not known or tasks.shape not in ((), (count,)):
             raise UserError(
-                f"task_id is {options['task_id']}: {self.env.spec.name} has tasks 1 to {last}"
+                f"task_id is {options['task_id']!r}: {self.env.spec.name} has tasks 1 to {last}, "
+                "and an id is for all environments or for one each"
             )
-        return tasks
+        return np.broadcast_to(tasks, (count,))
+
+    def actions(self, given: Any, count: int) -> np.ndarray:
+        """They as an array (count, action_size). Raises UserError for another shape."""
+        actions, shape = np.asarray(given, np.float32), (count, self.env.action_size)
+        if actions.shape != shape:
+            raise UserError(f"actions have the shape {actions.shape}: it must be {shape}")
+        return actions
 
     def goals(self, states: State) -> np.ndarray:
         """What is seen of the goals, (count, ...)."""

@@ -44,7 +44,7 @@ class SingleEnv(gymnasium.Env):
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """One control step of 0.05 s."""
-        actions = np.asarray(action, np.float32)[None]
+        actions = self._simulation.actions([action], 1)
         states: State = self._simulation.step(self._begun(), actions)
         self._states = states
         info = self._info(states)

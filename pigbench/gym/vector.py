@@ -10,6 +10,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from pigbench.envs import State
+from pigbench.errors import UserError
 from pigbench.gym.simulation import METADATA, Simulation, observations
 
 
@@ -46,13 +47,18 @@ class BatchEnv(VectorEnv):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Start a task in every environment, or in those of the mask."""
+        """Start a task in every environment, or in those of the mask.
+
+        Raises UserError for a seed, a task's id or a mask that cannot be.
+        """
+        if not isinstance(seed, int | np.integer | None):
+            raise UserError(f"seed is {seed!r}: it is one integer, for all environments")
         super().reset(seed=seed)
         options = options or {}
         tasks = self._simulation.tasks(self.np_random, options, self.num_envs)
         keys = self._simulation.keys(self.np_random, self.num_envs)
         fresh = self._simulation.reset(keys, tasks)
-        anew = np.asarray(options.get("reset_mask", np.ones(self.num_envs, bool)))
+        anew = self._mask(options.get("reset_mask", np.ones(self.num_envs, bool)))
         if self._states is not None:
             fresh = _choose(jnp.asarray(anew), fresh, self._states)
         self._states, self._lengths = fresh, np.where(anew, 0, self._lengths)
@@ -64,7 +70,7 @@ class BatchEnv(VectorEnv):
         """One control step of 0.05 s of the episodes that are not over."""
         states = self._begun()
         over = np.asarray(states.done, bool) | (self._lengths >= self._limit)
-        after = self._simulation.step(states, np.asarray(actions, np.float32))
+        after = self._simulation.step(states, self._simulation.actions(actions, self.num_envs))
         states = _choose(jnp.asarray(over), states, after)
         self._states, self._lengths = states, self._lengths + ~over
         info = self._info(states)
@@ -81,6 +87,15 @@ class BatchEnv(VectorEnv):
     def close_extras(self, **kwargs: Any) -> None:
         """Give back what drawing holds."""
         self._simulation.close()
+
+    def _mask(self, given: Any) -> np.ndarray:
+        mask = np.asarray(given)
+        if mask.dtype != bool or mask.shape != (self.num_envs,):
+            raise UserError(
+                f"reset_mask is {mask.dtype} of the shape {mask.shape}: it must be bool, "
+                f"({self.num_envs},)"
+            )
+        return mask
 
     def _begun(self) -> State:
         if self._states is None:

@@ -244,8 +244,11 @@ def test_motion_is_that_of_the_low_level_in_its_own_coordinates(direction, batch
     )
     moves = (batch.next_observations - batch.observations)[:, :3]
     measured = moves / deviation[:3] if direction == "own" else moves
-    expected = moves / np.linalg.norm(measured, axis=1, keepdims=True)
-    motion = hierarchy.motion(batch.observations, batch.next_observations, epsilon=1e-9)
-    assert hierarchy.motion_in == direction
-    np.testing.assert_allclose(motion[:, :3], expected, rtol=1e-4)
-    np.testing.assert_array_equal(motion[:, 3], 0)
+    expected = moves / deviation[:3] / np.linalg.norm(measured, axis=1, keepdims=True)
+    assert hierarchy.residual_constants.direction == direction
+    params = hierarchy.init(jax.random.key(0))
+    learner, _, seen = hierarchy.value_learner(params, batch)
+    motion = learner.direction(direction)
+    np.testing.assert_allclose(
+        motion(seen.observations, seen.next_observations, epsilon=1e-9), expected, rtol=1e-4
+    )

@@ -1,14 +1,24 @@
 """Residuals of value functions whose gradients are known."""
 
+import jax
 import numpy as np
 import pytest
 
-from pigbench.agents import GoalMixture, Sampling
+from pigbench.agents import (
+    GCIVL,
+    FlowHierarchy,
+    FlowHierarchyConfig,
+    GoalMixture,
+    Regularizer,
+    Sampling,
+    Statistics,
+)
 from pigbench.agents.directions import Direction
 from pigbench.agents.regularizers import OWN
 from pigbench.analysis.residuals import by_mode, measure
 from pigbench.data.sampler import Rows
 
+CONSTANTS = Regularizer(speed=2.0, epsilon=1e-9, direction="raw")
 LAYOUT = {
     "effector_pos": slice(0, 3),
     "gripper_contact": slice(3, 4),
@@ -28,11 +38,32 @@ class Linear:
         discount=0.9,
     )
 
-    def __init__(self, direction=OWN):
-        self.motion = direction
+    def __init__(self, motion=OWN, constants=CONSTANTS):
+        self.motion = motion
+        self.residual_constants = constants
+
+    def direction(self, name):
+        assert name == self.residual_constants.direction
+        return self.motion
+
+    def value_learner(self, params, batch):
+        return self, params, batch
 
     def state_values(self, params, observations, goals):
         return (observations - goals) @ params
+
+
+class Sum(GCIVL):
+    """V(x, g) = sum(x) - ||x - g||^2 / 2, trained with goals where the state is."""
+
+    sampling = Sampling(
+        value_goals=GoalMixture(1.0, 0.0, 0.0, geometric=False),
+        actor_goals=GoalMixture(0.0, 1.0, 0.0, geometric=False),
+        discount=0.9,
+    )
+
+    def state_values(self, params, observations, goals):
+        return (observations - (observations - goals) ** 2 / 2).sum(axis=-1)
 
 
 @pytest.fixture
@@ -51,7 +82,7 @@ def test_residuals_of_a_linear_value(rows):
     modes, residuals = measure(Linear(), SLOPES, rows, samples=300, seed=0)
     assert set(modes) == {"free", "holding"}
     np.testing.assert_allclose(residuals.gradient, 5.0, rtol=1e-6)
-    np.testing.assert_allclose(residuals.eikonal, (5 - 1) ** 2, rtol=1e-6)
+    np.testing.assert_allclose(residuals.eikonal, (2 * 5 - 1) ** 2, rtol=1e-6)
     np.testing.assert_allclose(residuals.robot, 9 / 25, rtol=1e-6)
     np.testing.assert_allclose(residuals.object, 16 / 25, rtol=1e-6)
     # Robot and cube both move by 0.5 in y: u = (0, 1, 0, 0, 0, 1, 0) / sqrt(2), slope 3 / sqrt(2).
@@ -63,6 +94,21 @@ def test_motion_is_measured_in_what_the_agent_measures_it_in(rows):
     robot = Direction(moving=np.array([1, 1, 1, 0, 0, 0, 0]))
     _, residuals = measure(Linear(robot), SLOPES, rows, samples=300, seed=0)
     np.testing.assert_allclose(residuals.hjb, (1 - 3) ** 2, rtol=1e-4)
+
+
+def test_a_hierarchy_is_measured_as_its_low_level_is_trained(rows):
+    """In its own coordinates, with its own goals: the slope is 1 along each coordinate."""
+    hierarchy = FlowHierarchy(
+        FlowHierarchyConfig(subgoal_steps=2),
+        low=Sum,
+        observation_size=7,
+        action_size=5,
+        layout=LAYOUT,
+        statistics=Statistics.of(rows.observations),
+    )
+    params = hierarchy.init(jax.random.key(0))
+    _, residuals = measure(hierarchy, params, rows, samples=100, seed=0)
+    np.testing.assert_allclose(residuals.gradient, np.sqrt(hierarchy.represent.size), rtol=1e-5)
 
 
 def test_a_value_that_is_flat_has_no_shares(rows):

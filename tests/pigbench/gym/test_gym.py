@@ -68,6 +68,35 @@ def test_a_task_is_that_of_the_options(single):
             single.reset(options={"task_id": task})
 
 
+@pytest.mark.parametrize("task", [None, 2.5, "1", True, [1, 2]])
+def test_what_is_no_task_is_said(single, task):
+    with pytest.raises(UserError, match="cube-single has tasks 1 to 5"):
+        single.reset(options={"task_id": task})
+
+
+def test_an_action_of_another_size_is_said(single, batch):
+    single.reset(seed=0)
+    with pytest.raises(UserError, match=r"\(1, 4\): it must be \(1, 5\)"):
+        single.unwrapped.step(np.zeros(4))
+    batch.reset(seed=0)
+    with pytest.raises(UserError, match=r"\(5,\): it must be \(3, 5\)"):
+        batch.step(np.zeros(5))
+
+
+@pytest.mark.parametrize(
+    ("asked", "complaint"),
+    [
+        ({"seed": [0, 1, 2]}, "one integer, for all"),
+        ({"options": {"task_id": [1, 2]}}, "tasks 1 to 5"),
+        ({"options": {"reset_mask": np.ones(2, bool)}}, r"bool of the shape \(2,\)"),
+        ({"options": {"reset_mask": np.ones(3, int)}}, r"int64 of .* must be bool, \(3,\)"),
+    ],
+)
+def test_a_batch_says_what_it_cannot_reset(batch, asked, complaint):
+    with pytest.raises(UserError, match=complaint):
+        batch.reset(**asked)
+
+
 def test_success_ends_an_episode_with_a_reward(single):
     single.reset(seed=1)
     env = single.unwrapped
