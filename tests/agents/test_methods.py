@@ -50,6 +50,10 @@ def tiny(config):
     )
 
 
+OPTIMIZED = {"xla_backend_optimization_level": 1}
+"""Training runs long enough here to pay for a better program than other tests need."""
+
+
 @cache
 def build(name):
     """The agent, its state at first, and a function that trains a state for a number of steps."""
@@ -71,7 +75,7 @@ def build(name):
         batch = sampler.sample(keys[0], rows, agent.sampling, config.batch_size)
         return agents.update(agent, state, batch, keys[1])[0]
 
-    @jax.jit
+    @partial(jax.jit, compiler_options=OPTIMIZED)
     def train(state, count):
         return jax.lax.fori_loop(0, count, update, state)
 
