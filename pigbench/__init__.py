@@ -5,6 +5,6 @@ from pigbench import opengl, xla
 xla.avoid_wrong_sums()
 opengl.spare_mujoco()
 
-from pigbench import gym  # noqa: E402  after what has to be set before JAX starts
+from pigbench import gym  # noqa: E402  after the settings that must precede JAX
 
 gym.register()

@@ -1,7 +1,7 @@
 """The command line: `pigbench COMMAND ...`.
 
-A command is chosen first, then its own fields are parsed. What a user got wrong is one line on
-standard error and exit status 2.
+A command is chosen first, then its own fields are parsed. A user's error is reported as one line on
+standard error, with exit status 2.
 """
 
 import argparse
@@ -24,9 +24,9 @@ from pigbench.support import interrupts, output
 
 
 class Command(NamedTuple):
-    """Where a command's class is, imported when it is chosen, and what it does.
+    """The location of a command's class, imported when it is chosen, and a summary.
 
-    One that `resumes` goes on, when it is run again, where it was cut off; others begin anew.
+    A command that `resumes` continues where it was cut off when it is run again; others start over.
     """
 
     module: str
@@ -38,8 +38,8 @@ class Command(NamedTuple):
 COMMANDS = {
     "list": Command("listing", "List", "list environments or methods by name"),
     "generate": Command("generate", "Generate", "collect an offline data set", resumes=True),
-    "data info": Command("data", "Info", "say what a data set holds"),
-    "data verify": Command("data", "Verify", "find torn or altered files of a data set"),
+    "data info": Command("data", "Info", "describe a data set"),
+    "data verify": Command("data", "Verify", "find truncated or altered files of a data set"),
     "data filter": Command("data", "Filter", "keep a data set's good episodes", resumes=True),
     "data export": Command("data", "Export", "write a data set for OGBench, Minari or LeRobot"),
     "data card": Command("data", "Card", "write a data set's README for a hub"),
@@ -55,12 +55,12 @@ COMMANDS = {
     "suite": Command(
         "suite", "RunSuite", "train environments x methods x seeds as one job", resumes=True
     ),
-    "suite status": Command("suite_status", "SuiteStatus", "say how far a suite is"),
+    "suite status": Command("suite_status", "SuiteStatus", "show the progress of a suite"),
     "plot": Command("report", "Plot", "draw curves, bars, boxes or profiles of runs"),
     "report": Command("report", "Report", "make a page of runs or of a suite, for any browser"),
-    "export": Command("export", "Export", "write a policy that acts without pigbench, to share"),
+    "export": Command("export", "Export", "write a policy to share, which acts without pigbench"),
     "render": Command(
-        "render", "Render", "draw a task as a picture, a policy's episodes as a film"
+        "render", "Render", "draw a task as a picture, or a policy's episodes as a film"
     ),
     "analyze": Command(
         "analyze", "Analyze", "measure residuals of a value function by contact mode"
@@ -83,8 +83,8 @@ COMMANDS = {
     "bench scale": Command(
         "scaling", "Scale", "time control steps by numbers of simulations and cubes"
     ),
-    "bench memory": Command("scaling", "Memory", "tell how much memory a control step needs"),
-    "bench device": Command("device", "Device", "measure the accelerator at hand, in minutes"),
+    "bench memory": Command("scaling", "Memory", "show how much memory a control step needs"),
+    "bench device": Command("device", "Device", "measure this machine's accelerator"),
     "toy": Command("toy", "Toy", "fit a known cost-to-go under each regulariser"),
 }
 USAGE_ERROR = 2
@@ -115,7 +115,7 @@ def _refuse(complaint: str) -> NoReturn:
 
 
 def _discard_output() -> None:
-    """If nobody takes what is still to be printed, so that Python does not try again at its end."""
+    """Discard pending output that nobody reads, so that Python does not retry when it exits."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -123,7 +123,7 @@ def _discard_output() -> None:
 
 
 def _farewell() -> str:
-    """What an interrupted command says."""
+    """The message of an interrupted command."""
     command = COMMANDS.get(_named(sys.argv[1:]) or "")
     how = "go on" if command is not None and command.resumes else "begin anew"
     return f"pigbench: interrupted; run the same command again to {how}"
@@ -134,21 +134,21 @@ def _format_warning(message: Warning | str, *_: object) -> str:
 
 
 def run(arguments: Sequence[str]) -> None:
-    """Parse and run one command. Raises UserError for what the user got wrong."""
+    """Parse and run one command. Raises UserError for a user's error."""
     command = parse(arguments)
     with _jax_defaults():
         command.run()
 
 
 def _jax_defaults() -> contextlib.AbstractContextManager[None]:
-    """Those of `pigbench.settings`, for a command that has imported JAX: others do without it."""
+    """The defaults of `pigbench.settings` if the command has imported JAX, else none."""
     if "jax" not in sys.modules:
         return contextlib.nullcontext()
     return importlib.import_module("pigbench.settings").jax_defaults()
 
 
 def parse(arguments: Sequence[str]) -> Any:
-    """The command that `arguments` ask for. Raises UserError for what the user got wrong."""
+    """The command that `arguments` ask for. Raises UserError for a user's error."""
     files, arguments = _take_plugins(arguments)
     name, rest = _choose(arguments)
     _cache_compilations()
@@ -186,13 +186,13 @@ def _choose(arguments: Sequence[str]) -> tuple[str, list[str]]:
 
 
 def _named(arguments: Sequence[str]) -> str | None:
-    """The command whose name of two words, or else of one, comes first; None if none does."""
+    """The command named by the first two words, or else by the first; None if there is none."""
     names = (" ".join(arguments[:words]) for words in (2, 1))
     return next((name for name in names if name in COMMANDS), None)
 
 
 def _cache_compilations() -> None:
-    """Keep compiled programs between runs, unless the user has said where."""
+    """Keep compiled programs between runs, in a default folder unless the user has set one."""
     cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pigbench" / "jax"
     os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(cache))
 
@@ -226,7 +226,7 @@ def _parse(kind: Any, arguments: Sequence[str], *, program: str) -> Any:
 
 
 def _one_line(box: str) -> str:
-    """What a framed, many-line message says, without its title and its pointer to the help."""
+    """The text of a framed message of many lines, without its title and its pointer to the help."""
     lines = [re.sub(r"[╭╮╰╯│─]|\x1b\[[0-9;]*m", "", line).strip() for line in box.splitlines()]
     title, *text = filter(None, lines)
     pointer = next((i for i, line in enumerate(text) if line.startswith("For full helptext")), None)

@@ -1,6 +1,6 @@
-"""Ray, an optional extra: work as tasks on a cluster's machines, or on this one's processes.
+"""Ray, an optional extra: runs work as tasks on a cluster's machines, or on this one's processes.
 
-A task whose process or machine dies is started again, elsewhere.
+A task whose process or machine dies is restarted elsewhere.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ Result = TypeVar("Result")
 
 _LOCAL = "local"
 _RETRIES = 20
-_IN_FLIGHT = 2  # tasks that are asked for at a time, for each that can run
+_IN_FLIGHT = 2  # tasks submitted at a time, per task that can run
 _POLL_SECONDS, _PATIENCE_SECONDS = 0.5, 10.0
 
 
@@ -46,7 +46,7 @@ class Cluster:
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """What a command takes to run on the same cluster."""
+        """The arguments that make a command run on the same cluster."""
         if self.ray is None:
             return ()
         cpus, gpus = str(self.cpus_per_task), str(self.gpus_per_task)
@@ -54,7 +54,7 @@ class Cluster:
 
     @contextlib.contextmanager
     def connected(self) -> Iterator["Tasks"]:
-        """Tasks on the cluster, as long as the block lasts. UserError if there is no such one."""
+        """Tasks on the cluster while the block lasts. Raises UserError if no cluster answers."""
         ray = _ray()
         address = None if self.ray == _LOCAL else self.ray
         try:
@@ -74,11 +74,11 @@ class Cluster:
 
 
 class Tasks:
-    """Runs functions on the cluster that is connected."""
+    """Runs functions on the connected cluster."""
 
     def __init__(self, ray: Any, cluster: Cluster) -> None:
         self._ray = ray
-        # What numbers depend on is the same everywhere; a task's threads are those it is given.
+        # XLA's flags affect results, so they are the same everywhere; threads follow the cores.
         environment = {"XLA_FLAGS": os.environ.get("XLA_FLAGS", "")}
         environment["NPROC"] = str(max(1, math.floor(cluster.cpus_per_task)))
         self._options = {
@@ -91,15 +91,15 @@ class Tasks:
         self._most = max(1, int(_IN_FLIGHT * cores / max(cluster.cpus_per_task, 1)))
 
     def start(self, function: Callable[..., Result], *arguments: Any) -> Any:
-        """Ask for `function(*arguments)`; what `finished` and `result` take."""
+        """Submit `function(*arguments)`; returns a task for `finished`, `result` and `cancel`."""
         return self._ray.remote(**self._options)(function).remote(*arguments)
 
     def finished(self, task: Any, *, seconds: float = 0) -> bool:
-        """Has it ended, or does it within so many seconds?"""
+        """Whether the task has ended, waiting up to `seconds` for it."""
         return bool(self._ray.wait([task], timeout=seconds, fetch_local=False)[0])
 
     def result(self, task: Any) -> Any:
-        """What it returned. UserError if it could not be run; raises what it raised."""
+        """The task's return value. Raises its exception, or UserError if it could not be run."""
         try:
             return self._ray.get(task)
         except self._ray.exceptions.RayTaskError as error:
@@ -108,13 +108,13 @@ class Tasks:
             raise UserError(f"the Ray cluster lost a task: {error}") from None
 
     def cancel(self, task: Any) -> None:
-        """Its process ends at once, if it has begun."""
+        """Cancel the task; its process, if it has begun, ends at once."""
         self._ray.cancel(task, force=True)
 
     def results(
         self, function: Callable[..., Result], asked: Mapping[str, tuple[Any, ...]]
     ) -> Iterator[tuple[str, Result]]:
-        """`function(*arguments)` by name, in the order in which they end; few are kept at once."""
+        """Yield `function(*arguments)` by name, in order of completion; few are held at once."""
         waiting, running = list(asked), {}
         while waiting or running:
             while waiting and len(running) < self._most:
@@ -125,7 +125,7 @@ class Tasks:
 
 
 class RemoteProcess:
-    """A `pigbench` command as a task, to be asked what a process of this machine is asked."""
+    """A `pigbench` command as a task, with the interface of a process on this machine."""
 
     def __init__(self, tasks: Tasks, job: Job, log: Path, options: Sequence[str]) -> None:
         self._tasks = tasks
@@ -135,18 +135,18 @@ class RemoteProcess:
         self.returncode: int | None = None
 
     def poll(self) -> int | None:
-        """The exit status; None as long as it runs."""
+        """The exit status; None while it runs."""
         if self.returncode is None and self._tasks.finished(self._task):
             self.returncode = self._tasks.result(self._task)
         return self.returncode
 
     def wait(self, seconds: float) -> int | None:
-        """As `poll`, after so many seconds at most."""
+        """Like `poll`, after waiting at most so many seconds."""
         self._tasks.finished(self._task, seconds=seconds)
         return self.poll()
 
     def terminate(self) -> None:
-        """Ends it."""
+        """End the task."""
         if self.poll() is None:
             self._tasks.cancel(self._task)
             self.returncode = -1
@@ -155,9 +155,9 @@ class RemoteProcess:
 
 
 def _run(arguments: Sequence[str], folder: Path, log: Path, place: str) -> int:
-    """On the cluster: a command's exit status; what it says is added to `log`.
+    """Run a command on the cluster; returns its exit status. Its output is appended to `log`.
 
-    A task that is started again first lets the command end that the one before it left running.
+    A restarted task first waits for the command that its predecessor left running.
     """
     if not log.parent.is_dir():
         raise UserError(f"{log.parent} is not on every machine of the cluster: share the folder")
@@ -175,7 +175,7 @@ def _run(arguments: Sequence[str], folder: Path, log: Path, place: str) -> int:
 
 
 def _knock(address: str | None) -> None:
-    """Raises OSError where nothing listens: Ray itself would try for minutes."""
+    """Raise OSError if nothing listens there: Ray itself would retry for minutes."""
     host, colon, port = (address or "").rpartition(":")
     if colon and port.isdigit():
         socket.create_connection(
@@ -184,6 +184,6 @@ def _knock(address: str | None) -> None:
 
 
 def _ray() -> Any:
-    # Its own telling of how it is used would go to the network.
+    # Ray would report its usage statistics over the network.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     return required("ray", extra="ray")[0]

@@ -1,4 +1,4 @@
-"""The device that JAX runs on. Every floor of the package may import this module."""
+"""The device that JAX runs on. Every layer of the package may import this module."""
 
 import os
 
@@ -8,10 +8,10 @@ from pigbench.errors import UserError
 
 
 def backend() -> str:
-    """What JAX calls it: cpu, gpu or tpu. Raises UserError where what is asked for is not there."""
+    """JAX's name for it: cpu, gpu or tpu. Raises UserError if the requested one is missing."""
     try:
         return jax.default_backend()
-    # JAX fails by an assertion where JAX_PLATFORMS names what no installed package knows.
+    # JAX fails with an assertion if no installed package knows what JAX_PLATFORMS names.
     except (RuntimeError, AssertionError) as error:
         asked = os.environ.get("JAX_PLATFORMS", "")
         reason = str(error).split("\n")[0] or "there is no such device, or no package for it"

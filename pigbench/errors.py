@@ -1,6 +1,6 @@
-"""The one kind of error a user can mend, and the lookup that offers the nearest name.
+"""The one kind of error that a user can fix, and the lookup that suggests the nearest name.
 
-Every floor of the package may import this module; it imports none of them.
+Every layer of the package may import this module; it imports none of them.
 """
 
 import difflib
@@ -11,14 +11,14 @@ T = TypeVar("T")
 
 
 class UserError(Exception):
-    """Something the user gave is wrong. The message says what, and what would be right.
+    """Something the user gave is wrong. The message says what is wrong and what would be right.
 
     The command line prints it as one line and exits with status 2.
     """
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UserError:
-    """The error for a name that is none of `known`: nearest match first, then the whole list."""
+    """The error for a name that is not in `known`: nearest match first, then the whole list."""
     known = sorted(known)
     nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
     suggestion = f"did you mean {nearest[0]!r}? " if nearest else ""
@@ -26,7 +26,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UserError:
 
 
 def lookup(kind: str, table: Mapping[str, T], name: str) -> T:
-    """`table[name]`, or the `unknown_name` error."""
+    """`table[name]`. Raises the `unknown_name` error if there is none."""
     if name not in table:
         raise unknown_name(kind, name, table)
     return table[name]

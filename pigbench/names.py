@@ -1,5 +1,5 @@
-"""Names that users give, of methods and variants: they become folders, and text in LaTeX, Markdown
-and figures.
+"""User-given names of methods and variants, used in folders and as text in LaTeX, Markdown and
+figures.
 """
 
 import re
@@ -11,7 +11,7 @@ _NAME = re.compile(r"[A-Za-z0-9]+(?:[ ._=+,-][A-Za-z0-9]+)*")
 
 
 def check(kind: str, name: str) -> str:
-    """The name itself. Raises UserError unless it means itself wherever it is written."""
+    """Return the name. Raises UserError unless it can be written anywhere without escapes."""
     if not _NAME.fullmatch(name) or len(name) > _LONGEST:
         raise UserError(
             f"{kind} is named {name!r}: choose letters and digits, {_LONGEST} characters at most, "

@@ -1,4 +1,4 @@
-"""How OpenGL is reached without a screen."""
+"""The choice of an OpenGL library that draws without a screen."""
 
 import contextlib
 import ctypes.util
@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from pigbench.errors import UserError, unknown_name
 
 LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
-"""Value of MUJOCO_GL -> the library that it takes, in order of preference."""
+"""Value of MUJOCO_GL -> the library that it needs, in order of preference."""
 
 PACKAGES = "EGL (on Debian: apt-get install libegl1 libgl1-mesa-dri) or OSMesa (libosmesa6)"
-"""What to install where neither is there."""
+"""What to install if neither is present."""
 
 _VARIABLE = "MUJOCO_GL"
 _SCREEN = "glfw"
@@ -21,14 +21,14 @@ _NONE = "off", "disable", "disabled", "false", "0"
 
 
 def is_installed(name: str) -> bool:
-    """Is the library there that MUJOCO_GL = `name` takes?"""
+    """Whether the library that MUJOCO_GL = `name` needs is installed."""
     return ctypes.util.find_library(LIBRARIES[name]) is not None
 
 
 def choose() -> str:
-    """The way to draw, as MuJoCo names it: MUJOCO_GL's, or else the first that is installed.
+    """The way to draw, by MuJoCo's name: that of MUJOCO_GL, or else the first that is installed.
 
-    Raises UserError where that is not there.
+    Raises UserError if it is not available.
     """
     name = _asked()
     if name in _NONE:
@@ -50,9 +50,9 @@ def choose() -> str:
 
 
 def spare_mujoco() -> None:
-    """Imports MuJoCo without the choice of MUJOCO_GL where that would keep it from being imported.
+    """Import MuJoCo without the setting of MUJOCO_GL if that would make the import fail.
 
-    Only what draws minds the choice, which it asks `choose` for.
+    The setting matters only for drawing, which calls `choose`.
     """
     try:
         if _asked() not in (*_ANY, *_NONE):

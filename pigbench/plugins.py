@@ -1,4 +1,4 @@
-"""Methods from elsewhere: what is imported here calls `register` for each of its methods.
+"""Methods from elsewhere: modules imported here call `register` for each of their methods.
 
 A file may register environments and loggers too.
 """
@@ -19,7 +19,7 @@ ENTRY_POINTS = "pigbench.agents"
 
 
 def load_installed() -> None:
-    """Import the methods that installed packages declare; warns of those that do not load."""
+    """Import the methods that installed packages declare; warns about those that fail to load."""
     for entry in importlib.metadata.entry_points(group=ENTRY_POINTS):
         try:
             with _explaining(f"entry point {entry.name!r} ({entry.value})"):
@@ -29,9 +29,9 @@ def load_installed() -> None:
 
 
 def load_file(path: Path) -> None:
-    """Run a Python file, once, that registers what it has. It can import what lies beside it.
+    """Run a Python file, once, that registers its methods. It can import modules beside it.
 
-    Raises `UserError` if there is none or it does not run.
+    Raises UserError if it does not exist or does not run.
     """
     name = f"{ENTRY_POINTS}:{path.resolve()}"
     if name in sys.modules:
@@ -43,8 +43,8 @@ def load_file(path: Path) -> None:
     module = importlib.util.module_from_spec(spec)
     beside = str(path.resolve().parent)
     if beside not in sys.path:
-        sys.path.append(beside)  # last: a neighbour hides nothing that is installed
-    sys.modules[name] = module  # dataclasses look up the module they are defined in
+        sys.path.append(beside)  # last, so that a neighbour hides no installed module
+    sys.modules[name] = module  # dataclasses look up their defining module
     try:
         with _explaining(f"plugin {path}"):
             spec.loader.exec_module(module)
@@ -72,7 +72,7 @@ def _explaining(plugin: str) -> Iterator[None]:
 
 
 def _place(error: BaseException) -> str:
-    """Where in a plugin's own code the error arose: the innermost line that is not Python's."""
+    """Where the error arose in a plugin's code: the innermost line that is in a file."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if not frame.filename.startswith("<")]
     last = own[-1] if own else None

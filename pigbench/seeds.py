@@ -1,4 +1,4 @@
-"""Seeds, and the random keys that follow from them."""
+"""Seeds, and the random keys made from them."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     import jax
 
 LARGEST = 2**32 - 1
-"""Of a larger one JAX would take the last 32 bits alone."""
+"""JAX would use only the last 32 bits of a larger seed."""
 
 
 def check(seed: int) -> int:
-    """The seed itself. Raises UserError unless it is one of 0 to `LARGEST`."""
+    """Return the seed. Raises UserError unless it is from 0 to `LARGEST`."""
     if not 0 <= seed <= LARGEST:
         raise UserError(f"seed is {seed}: it must be from 0 to {LARGEST}")
     return seed
@@ -23,7 +23,7 @@ def check(seed: int) -> int:
 
 def key(seed: int) -> "jax.Array":
     """The random key of a seed: Threefry's, whatever JAX's default is."""
-    import jax  # here, for commands that do without it
+    import jax  # here, because some commands do without it
 
     return jax.random.key(check(seed), impl="threefry2x32")
 
@@ -39,4 +39,4 @@ Seed = Annotated[
         str_from_instance=lambda seed: [str(seed)],
     ),
 ]
-"""A seed as a field: command lines and suite files that hold another are refused."""
+"""A seed as a field: command lines and suite files with an invalid one are rejected."""

@@ -1,4 +1,4 @@
-"""JAX's settings: those that are fixed while a command runs, and those that it tells of."""
+"""JAX's settings: those that are fixed while a command runs, and those that are recorded."""
 
 import contextlib
 import os
@@ -11,9 +11,10 @@ from pigbench import devices
 
 @contextlib.contextmanager
 def jax_defaults() -> Iterator[None]:
-    """JAX's own defaults for what numbers depend on, whatever the user has set; also a decorator.
+    """JAX's own defaults for settings that affect numbers, whatever the user has set.
 
-    So the seed alone decides, and single precision is what everything here is written for.
+    Thus the seed alone determines results. Everything here is written for single precision. Also
+    usable as a decorator.
     """
     with (
         jax.enable_x64(False),
@@ -25,7 +26,7 @@ def jax_defaults() -> Iterator[None]:
 
 
 def in_force() -> dict[str, str]:
-    """What bits may still depend on beside seeds and versions, ready for JSON."""
+    """What results may still depend on besides seeds and versions, ready for JSON."""
     settings = jax.config.values
     return {
         "platform": devices.backend(),

@@ -1,4 +1,4 @@
-"""What XLA is told before JAX starts."""
+"""XLA flags to set before JAX starts."""
 
 import importlib.metadata
 import os
@@ -13,9 +13,9 @@ CURE = f"{_FUSION}=-reduce"
 
 
 def avoid_wrong_sums() -> None:
-    """Switch the faulty fusion off in `XLA_FLAGS`, unless those say something about it.
+    """Switch the faulty fusion off in `XLA_FLAGS`, unless the flags already set it.
 
-    XLA reads them once: where JAX runs already, nothing can be switched, and a warning says so.
+    XLA reads the flags once: if JAX is already running, this cannot be done, and a warning says so.
     """
     version = importlib.metadata.version("jaxlib")
     flags = os.environ.get("XLA_FLAGS", "")
@@ -24,8 +24,8 @@ def avoid_wrong_sums() -> None:
     if _jax_runs():
         # The flag must not be set now: JAX would file wrong programs under it in its cache.
         warnings.warn(
-            f"jaxlib {version} computes some sums wrongly on a CPU, and JAX ran before pigbench "
-            f"could tell it not to: import pigbench first, or set XLA_FLAGS={CURE}",
+            f"jaxlib {version} computes some sums wrongly on a CPU, and JAX started before "
+            f"pigbench could prevent it: import pigbench first, or set XLA_FLAGS={CURE}",
             stacklevel=3,
         )
         return

@@ -1,1 +1,1 @@
-"""What trained value functions look like in free motion, in touch, and with a cube in hand."""
+"""Analysis of trained value functions in free motion, in contact, and with a cube in hand."""

@@ -1,4 +1,4 @@
-"""The figure of residuals by contact mode: a panel a quantity, a box a mode."""
+"""The figure of residuals by contact mode: one panel per quantity, one box per mode."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ _WHISKERS = 5, 95  # percentiles
 
 
 def draw(modes: np.ndarray, residuals: Residuals, path: Path, *, title: str) -> None:
-    """Draws the quantities into the file `path`: boxes are quartiles, whiskers 5 to 95 %."""
+    """Draw the quantities into the file `path`: boxes are quartiles, whiskers 5 to 95 %."""
     with canvas.look():
         figure, panels = canvas.grid(1, len(_PANELS), panel=_PANEL, legend=[], share_y=False)
         for panel, (quantity, (label, scale)) in zip(panels[0], _PANELS.items(), strict=True):

@@ -1,8 +1,9 @@
-"""Does a hierarchy that is given a far goal name subgoals at the cube?
+"""Whether a hierarchy that is given a distant goal proposes subgoals at the cube.
 
-From states of the data after which the gripper has taken hold of a cube K steps later, with goals
-much farther ahead, drawn as in training: how far off the cube is the subgoal's pinch point? (Where
-the goal is the state K steps ahead, as in `subgoals`, the answer can be copied from it.)
+The starts are states of the data at which no cube is held yet but one is held K steps later. Goals
+are much farther ahead, drawn as in training. The error is the distance from the subgoal's pinch
+point to the cube. (With the state K steps ahead as the goal, as in `subgoals`, the agent could
+copy the answer from the goal.)
 """
 
 from collections.abc import Mapping
@@ -21,25 +22,25 @@ from pigbench.data.dataset import Split
 from pigbench.envs.units import metres
 
 RESTING = 0.01
-"""Metres in x and y by which a cube may have been moved within the K steps: it is taken up about
-where it lies now, so that a subgoal a little sooner or later is at the same place."""
+"""Metres in x and y by which a cube may move within the K steps. It is then grasped about where it
+is now, so that a slightly earlier or later subgoal is at the same place."""
 
-_DRAWS = 200_000  # of transitions and goals, of which those before grasps are kept
+_DRAWS = 200_000  # of transitions and goals; only those before grasps are kept
 
 
 class Grasps(NamedTuple):
-    """N states before grasps, and their goals."""
+    """N states before grasps, with their goals."""
 
     starts: np.ndarray  # (N, o) observations
-    ahead: np.ndarray  # (N, o) K steps later: a cube is held
+    ahead: np.ndarray  # (N, o) K steps later, when a cube is held
     goals: np.ndarray  # (N, o) more than 2 K steps later
-    cube: np.ndarray  # (N, 2) metres in x and y: where the held cube is K steps later
+    cube: np.ndarray  # (N, 2) metres, x and y of the held cube K steps later
 
 
 def draw(
     split: Split, agent: FlowHierarchy, layout: Mapping[str, slice], *, samples: int, seed: int
 ) -> Grasps:
-    """Up to `samples` of them, goals drawn as the agent's actor has them in training."""
+    """Up to `samples` grasps, with goals drawn as for the agent's actor in training."""
     steps = agent.config.subgoal_steps
     rows = sampler.Rows.from_split(split)
     drawn = sampler.sample_indices(seeds.key(seed), rows.episode_ends, agent.sampling, _DRAWS)
@@ -62,7 +63,10 @@ def draw(
 def measure(
     env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
 ) -> dict[str, np.ndarray]:
-    """Metres in x and y from a subgoal's pinch point to the cube, (N,): the data's, and a draw."""
+    """Metres in x and y from the subgoal's pinch point to the cube, (N,).
+
+    Measured for the data's subgoal and for one drawn from the agent.
+    """
     generated = jax.jit(agent.subgoals)(params, grasps.starts, grasps.goals, seeds.key(seed))
     subgoals = {
         "the data's subgoal": agent.represent(jnp.asarray(grasps.ahead)),
@@ -82,9 +86,9 @@ def pinch(agent: FlowHierarchy, subgoals: jax.Array) -> np.ndarray:
 def _held_cube(
     starts: np.ndarray, ahead: np.ndarray, layout: Mapping[str, slice]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the cube nearest to the pinch point of `ahead` is there, and how far from at `starts`.
+    """Position (N, 2) in `ahead` of the cube nearest to the pinch point, and its way there (N,).
 
-    In x and y, (N, 2) and (N,) metres.
+    Both in metres, in x and y; the way is the distance from the cube's position in `starts`.
     """
     places = [part for term, part in layout.items() if is_position(term)]
     before, after = (

@@ -1,4 +1,4 @@
-"""Contact modes, told from observations alone."""
+"""Contact modes, inferred from observations alone."""
 
 from collections.abc import Mapping
 
@@ -18,8 +18,8 @@ MODES = FREE, TOUCHING, HOLDING
 def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.ndarray:
     """The mode of each observation, (N, o) to (N,) strings of `MODES`.
 
-    The pad feels no force (free), or it does with a cube around the pinch point (holding) or
-    without (touching).
+    The finger pad feels no force (free), a force with a cube around the pinch point (holding), or a
+    force without one (touching).
     """
     contact = observations[:, layout["gripper_contact"]][:, 0]
     cubes = [metres(observations[:, part]) for term, part in layout.items() if is_position(term)]
@@ -29,7 +29,7 @@ def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.n
 
 
 def pinch_points(observations: np.ndarray, layout: Mapping[str, slice]) -> np.ndarray:
-    """The pinch point of each observation, (N, o) to (N, 3) metres; by the joints, if need be."""
+    """The pinch point of each observation, (N, o) to (N, 3) metres; from the joints if need be."""
     if "effector_pos" in layout:
         return metres(observations[:, layout["effector_pos"]])
     joints = jnp.asarray(observations[:, layout["joint_pos"]])

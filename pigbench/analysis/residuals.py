@@ -1,4 +1,4 @@
-"""Residuals and gradients of a value function over transitions of a data set."""
+"""Residuals and gradients of a value function over the transitions of a data set."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -21,12 +21,12 @@ _BATCH = 1000
 
 
 class Residuals(NamedTuple):
-    """Numbers of N transitions, each (N,).
+    """Measurements of N transitions, each (N,).
 
-    eikonal and hjb are the residuals of `agents/regularizers.py`, with the constants, the goals and
-    the coordinates that the agent trains its value with (a hierarchy its low level's). gradient is
-    the norm of the gradient in the state, and robot and object are the shares of its square along
-    their coordinates (NaN where the gradient is zero).
+    `eikonal` and `hjb` are the residuals of `agents/regularizers.py`, with the constants, goals and
+    coordinates with which the agent trains its value (a hierarchy its low level's). `gradient` is
+    the norm of the gradient with respect to the state; `robot` and `object` are the shares of its
+    square along their coordinates (NaN where the gradient is zero).
     """
 
     eikonal: np.ndarray
@@ -39,7 +39,7 @@ class Residuals(NamedTuple):
 def measure(
     agent: Agent, params: Params, rows: Rows, *, samples: int, seed: int
 ) -> tuple[np.ndarray, Residuals]:
-    """The contact modes (N,) and residuals of `samples` transitions with the agent's value goals.
+    """Contact modes (N,) and residuals of `samples` transitions, for the agent's value goals.
 
     Raises UserError if the agent learns no state value.
     """
@@ -56,7 +56,7 @@ def measure(
 def _measure_batch(
     agent: Agent, params: Params, rows: Rows, key: jax.Array
 ) -> tuple[jax.Array, ...]:
-    """States, and the columns of `Residuals`."""
+    """The states and the columns of `Residuals`."""
     batch = sampler.sample(key, rows, agent.sampling, _BATCH)
 
     learner, learned, seen = agent.value_learner(params, batch)
@@ -91,6 +91,6 @@ def _measure_batch(
 
 
 def by_mode(modes: np.ndarray, values: np.ndarray) -> Mapping[str, np.ndarray]:
-    """`values` of each mode that occurs, without those that are not finite."""
+    """The finite `values` of each mode that occurs."""
     finite = np.isfinite(values)
     return {mode: values[finite & (modes == mode)] for mode in MODES if (modes == mode).any()}

@@ -1,9 +1,10 @@
-"""How near a hierarchy comes to states that the data reached as far ahead as subgoals lie.
+"""How near a hierarchy comes to states that the data reached as far ahead as subgoals are.
 
-Simulations start from states of the data, and are compared with what the data were K steps later.
-Ways to go there part the levels' errors: not at all; by the data's own actions; by the low level,
-whose subgoal is at every step where the data were K steps after it, as in training; by the low
-level, whose subgoal is the state compared with; and by both levels, whose goal is that state.
+Simulations start from states of the data and are compared with the data's state K steps later.
+Several ways of getting there separate the errors of the levels: no motion; the data's own actions;
+the low level, whose subgoal at each step is the data's state K steps after it, as in training; the
+low level, whose subgoal is always the state compared with; and both levels, with that state as the
+goal.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,33 +23,33 @@ from pigbench.envs.units import POSITION_SCALE
 from pigbench.errors import UserError
 
 Way = Callable[[jax.Array, jax.Array], jax.Array]
-"""From observations (N, o) and the number of steps done, (), to actions (N, a)."""
+"""Maps observations (N, o) and the number of steps done, (), to actions (N, a)."""
 
 STILL, REPLAYED = "no motion", "the data's actions"
 AHEAD, FIXED, BOTH = "low level, K ahead", "low level, fixed subgoal", "both levels"
 
 
 class Distances(NamedTuple):
-    """How far from where the data were, in metres, (N,) each: of cubes, the farthest."""
+    """Distances in metres from the data's state, each (N,); `cube` is that of the farthest cube."""
 
     pinch: np.ndarray
     cube: np.ndarray
 
 
 class Stretches(NamedTuple):
-    """N stretches of K steps of a data set, each followed by K steps of the same episode."""
+    """N stretches of K steps from a data set, each followed by K steps of the same episode."""
 
     qpos: np.ndarray  # (N, nq), at their starts
     qvel: np.ndarray  # (N, nv), at their starts
     starts: np.ndarray  # (N, o) observations
-    ahead: np.ndarray  # (K, N, o) observations K steps after each step; the first ends a stretch
+    ahead: np.ndarray  # (K, N, o) observations K steps after each step; the first: stretches' ends
     actions: np.ndarray  # (K, N, a)
 
 
 def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
-    """Stretches of K = `steps` transitions, uniform over all that there are.
+    """Draw stretches of K = `steps` transitions, uniformly over all that exist.
 
-    Raises UserError if no episode is long enough, or the data set keeps no simulator states.
+    Raises UserError if no episode is long enough or the data set has no simulator states.
     """
     terminals = split.concatenate("terminals")
     last = np.flatnonzero(terminals)[np.cumsum(terminals) - terminals]  # row of each row's episode
@@ -70,7 +71,7 @@ def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
 def measure(
     env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, stretches: Stretches, *, seed: int
 ) -> tuple[np.ndarray, Mapping[str, Distances]]:
-    """The contact modes (N,) of the stretches' starts, and the distances at their ends, by way."""
+    """Contact modes (N,) at the stretches' starts, and distances at their ends for each way."""
     starts, aims = stretches.starts, stretches.ahead[0]
     subgoals = agent.represent(jnp.asarray(stretches.ahead))
     actions = jnp.asarray(stretches.actions)
@@ -91,7 +92,7 @@ def measure(
 
 
 def _simulate(env: "envs.CubeEnv", way: Way, stretches: Stretches) -> np.ndarray:
-    """The observations (N, o) at the stretches' ends."""
+    """Observations (N, o) at the stretches' ends."""
 
     @jax.jit
     def run(qpos: jax.Array, qvel: jax.Array) -> jax.Array:

@@ -1,1 +1,1 @@
-"""Benchmarks: how long things take, ours beside what they are compared with, in one run."""
+"""Benchmarks: running times of ours and of what they are compared with, measured in one run."""

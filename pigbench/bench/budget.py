@@ -1,4 +1,4 @@
-"""Measurements within a time limit: a list of rows, the most telling first, each kept at once."""
+"""Measurements within a time limit: rows, the most informative first, each saved at once."""
 
 import gc
 import time
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 Result = Mapping[str, Any]
-"""What was measured, or why it was not: under `FAILED`, or under `SKIPPED`."""
+"""The measurements, or the reason for having none, under `FAILED` or `SKIPPED`."""
 
 FAILED, SKIPPED = "failed", "skipped"
 RATE, FIRST, TOOK = "rate", "first_s", "took_s"
@@ -15,7 +15,7 @@ NO_TIME = "no time left"
 LOST = "the device no longer answers; run the same command again to go on"
 KILLED = "the process ended while it ran"
 
-_LEAST_GAIN = 1.05  # of the rate, from one size of a series to the next
+_LEAST_GAIN = 1.05  # factor in the rate from one size of a series to the next
 _REASON = 300  # characters
 
 
@@ -24,13 +24,14 @@ class Row:
     """One thing to measure.
 
     Attributes:
-        kind: what it is; rows of a kind take about equally long to compile.
-        series: what rows that differ in size alone share. A series ends with the first that fails,
-            or that has no higher rate than the one before.
+        kind: type of the row; rows of one kind take about equally long to compile.
+        series: name shared by rows that differ only in size. A series ends with the first row that
+            fails, or whose rate is hardly higher than that of the row before.
         size: how much is done at once.
-        labels: what tells the row from others, ready for JSON.
-        measure: measures it; among the results, `FIRST` are seconds that do not grow with size.
-        seconds: how long it may take, where no row of its kind has told yet.
+        labels: what distinguishes the row from others, ready for JSON.
+        measure: takes the measurement; `FIRST` in its result is the seconds that do not grow with
+            the size.
+        seconds: estimated duration, used until a row of its kind has been measured.
     """
 
     kind: str
@@ -56,12 +57,12 @@ def run(
     report: Callable[[Row, Result], object] = lambda *_: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Measures, in order, the rows that `results` has no result of, by name, and adds theirs.
+    """Measure in order the rows that have no entry in `results`, by name, and add theirs.
 
-    A row that is expected to end after `deadline` is skipped, one that fails says why; the others
-    go on, as long as the device is `alive` after it. `keep` is called whenever `results` have
-    changed: before a row starts, it is down as one that has killed the process. `report` is told of
-    each row with its result.
+    A row that is expected to end after `deadline` is skipped; for a row that fails, the reason is
+    recorded, and the others go on as long as the device is still `alive`. `keep` is called whenever
+    `results` change; before a row starts, it is recorded as having killed the process. `report` is
+    called with each row and its result.
     """
     lost = False
     for row in rows:
@@ -78,7 +79,7 @@ def run(
                 outcome = dict(row.measure())
             except Exception as error:
                 outcome = {FAILED: _one_line(error)}
-            except BaseException:  # the user's interruption: it is measured another time
+            except BaseException:  # interrupted by the user: to be measured another time
                 del results[row.name]
                 keep()
                 raise
@@ -90,7 +91,7 @@ def run(
 
 
 def line(row: Row, result: Result) -> str:
-    """A row and its result in words."""
+    """A row and its result as text."""
     shown = (
         f"{name} {value:,.4g}" if isinstance(value, float) else f"{name} {value}"
         for name, value in result.items()
@@ -118,7 +119,7 @@ def _reason_to_skip(
 
 
 def _estimate(row: Row, rows: Sequence[Row], results: Mapping[str, Result]) -> float:
-    """Seconds that the row will take: what its kind's last took, work growing with size."""
+    """Expected seconds: those of the last row of its kind, with the work scaled by size."""
     alike = [
         (other.size, results[other.name])
         for other in rows

@@ -1,4 +1,4 @@
-"""What is measured of an accelerator: simulation, generation, evaluation, training and parity."""
+"""Measurements of an accelerator: simulation, generation, evaluation, training and parity."""
 
 import itertools
 import subprocess
@@ -21,31 +21,31 @@ from pigbench.training.provenance import package_versions, surroundings
 
 PACKAGES = ("jaxlib", "mujoco-mjx", "warp-lang", "flax", "optax", "brax")
 
-# MJX in JAX compiles for minutes, with each contact that might be: one pad box a finger.
+# MJX in JAX compiles for minutes, longer with every possible contact: one pad box per finger.
 _PROFILES = {"mjx-jax": "fast"}
-# Seconds that rows may take, where none of their kind has told yet: compilation is most of it.
+# Estimated seconds per row before one of its kind has been measured; mostly compilation.
 _SECONDS = {"mjx-warp": 60.0, "mujoco": 15.0, "mjx-jax": 180.0}
 _TRAINING_SECONDS = 30.0
-_ON_CPU = (1, 16)  # simulations at once of the engines that are slow there
+_ON_CPU = (1, 16)  # simulations at once for the engines that are slow there
 _DEFAULT, _OTHERS = "default", ("highest", "BF16_BF16_F32", "high")
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What is measured, and how much of it at once."""
+    """What to measure, and how much of it at once."""
 
     environments: tuple[str, ...] = ("cube-double", "cube-quadruple")
-    """Environments; only control steps are measured in all, the rest in the first."""
+    """Environments; only control steps are measured in all of them, the rest in the first."""
     engines: tuple[str, ...] = ()
-    """Physics engines, by default all; generation, evaluation and parity use the first."""
+    """Physics engines, by default all; generation and evaluation use the first."""
     simulations: tuple[int, ...] = tuple(4**power for power in range(4, 11))
-    """Simulations at once, as long as more of them bring more control steps per second."""
+    """Simulations at once, as long as more of them give more control steps per second."""
     generation: int = 4096
-    """Simulations at once in data generation."""
+    """Simulations at once during data generation."""
     episodes: int = 50
-    """Episodes of each task in an evaluation."""
+    """Episodes per task in an evaluation."""
     picks: int = 64
-    """Cubes picked and placed, at once."""
+    """Cubes picked and placed at once."""
     methods: tuple[str, ...] = ("gcivl", "hjb-gcivl", "pi-h-flow-hjb-gcivl")
     """Methods whose updates are timed."""
     seeds: tuple[int, ...] = (1, 8)
@@ -53,13 +53,13 @@ class Sizes:
     cpu_seeds: tuple[int, ...] = (1, 8, 32)
     """Seeds trained together at preset cpu."""
     precisions: tuple[str, ...] = _OTHERS
-    """Precisions of matrix products to compare with JAX's default one, at preset paper."""
+    """Precisions of matrix products to compare with JAX's default, at preset paper."""
     seconds: float = 0.5
-    """Length of a turn, in seconds; a row has three."""
+    """Length of a turn in seconds; a row has three turns."""
 
 
 def rows(sizes: Sizes) -> list[Row]:
-    """What there is to measure, the most telling first."""
+    """The rows to measure, the most informative first."""
     default = envs.default_engine()
     engines = sizes.engines or (default, *(name for name in ENGINES if name != default))
     first, *others = engines
@@ -67,7 +67,7 @@ def rows(sizes: Sizes) -> list[Row]:
     return [
         *_steps(sizes, main, first),
         *_trainings(sizes, "paper", sizes.seeds, _DEFAULT),
-        # C beside the engine, as it does not place every cube either.
+        # C beside the engine: it does not place every cube either.
         *(_parity(sizes, main, engine) for engine in dict.fromkeys([first, "mujoco"])),
         _generation(sizes, main, first),
         _evaluation(sizes, main, first),
@@ -130,7 +130,7 @@ def _evaluation(sizes: Sizes, environment: str, engine: str) -> Row:
                 _make(environment, engine), sizes.episodes, sizes.methods[0], "paper", name=engine
             ),
             sizes,
-            turns=1,  # a unit is whole episodes
+            turns=1,  # a unit consists of whole episodes
         ),
     )
 
@@ -154,7 +154,7 @@ def _parity(sizes: Sizes, environment: str, engine: str) -> Row:
 
 def _trainings(sizes: Sizes, preset: str, seeds: tuple[int, ...], precision: str) -> list[Row]:
     def measure(method: str, count: int) -> Result:
-        env = _make(sizes.environments[0], "mujoco")  # for the sizes of its arrays alone
+        env = _make(sizes.environments[0], "mujoco")  # only for its array sizes
         config = agents.get(method).preset(preset)
         with jax.default_matmul_precision(precision):
             return _timed(
@@ -198,7 +198,7 @@ def _make(environment: str, engine: str) -> "envs.CubeEnv":
 
 
 def _timed(make: Callable[[], Contender], sizes: Sizes, *, turns: int = 3) -> Result:
-    """Items per second, and the seconds before: setup's, and the first unit's, which compiles."""
+    """Items per second, and the seconds of setup and of the first unit, which compiles."""
     begin = time.perf_counter()
     contender = make()
     setup = time.perf_counter() - begin
@@ -216,26 +216,26 @@ def _with_memory(measure: Callable[[], Result]) -> Result:
     before = _peak()
     result = measure()
     after = _peak()
-    # JAX has one peak a process: it is this row's if it was not there before.
+    # JAX keeps one peak per process: it belongs to this row only if this row raised it.
     mine = after if after is not None and after != before else None
     return {**result, "jax_mb": _megabytes(mine), "card_mb": _megabytes(_used())}
 
 
 def _peak() -> int | None:
-    """Bytes that JAX has had in use at most; None where it does not count them."""
+    """Peak bytes in use by JAX; None where it does not count them."""
     stats = jax.local_devices()[0].memory_stats()
     return stats.get("peak_bytes_in_use") if stats else None
 
 
 def _used() -> int | None:
-    """Bytes in use on the card, by whomever, as Warp knows them; None without Warp or a card."""
-    warp = sys.modules.get("warp")  # which an engine has imported, or nothing is to be told
+    """Bytes in use on the card by any process, from Warp; None without Warp or a card."""
+    warp = sys.modules.get("warp")  # only if an engine has imported it
     try:
         if warp is None or not warp.is_cuda_available():
             return None
         device = warp.get_device("cuda:0")
         return device.total_memory - device.free_memory
-    except Exception:  # whatever it is, it is no reason to lose a measurement
+    except Exception:  # no error here is a reason to lose a measurement
         return None
 
 
@@ -244,10 +244,10 @@ def _megabytes(size: int | None) -> float | None:
 
 
 def alive() -> bool:
-    """Whether the device still computes: an error of one program can be the end of all others."""
+    """Whether the device still computes: an error in one program can break all others."""
     try:
         return bool(jnp.ones(8).sum() == 8)
-    except Exception:  # of whatever kind the device's errors are
+    except Exception:  # the device's errors are of many types
         return False
 
 
@@ -265,7 +265,7 @@ def machine() -> dict[str, Any]:
 
 
 def _nvidia() -> str | None:
-    """Name, driver and memory of NVIDIA's cards, a line each; None where there is none."""
+    """Name, driver and memory of each NVIDIA card, one line per card; None where there is none."""
     query = ["nvidia-smi", "--query-gpu=name,driver_version,memory.total", "--format=csv,noheader"]
     try:
         return subprocess.run(

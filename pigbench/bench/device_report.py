@@ -1,4 +1,4 @@
-"""Rows about an accelerator as tables, and its control steps as a picture."""
+"""Measurements of an accelerator as tables, and its control steps as a plot."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,13 +11,13 @@ from pigbench.report import canvas, styles
 from pigbench.report.formats import markdown_grid
 
 Entry = Mapping[str, Any]
-"""A row's labels and what was measured of it, or why it was not."""
+"""A row's labels and its measurements, or the reason for having none."""
 
 _PANEL = 3.2, 2.4  # inches
-_SPEED = {RATE: "{}", "unit_ms": "ms a call", "compile_s": "s to compile"}
+_SPEED = {RATE: "{}", "unit_ms": "ms per call", "compile_s": "s to compile"}
 _MEMORY = {"jax_mb": "MB, JAX's peak", "card_mb": "MB, the card's", "took_s": "s in all"}
 _SIMULATED = {"environment": "environment", "engine": "engine", "profile": "profile"}
-# What rows are of -> its title, what their rate is of, and their columns.
+# What was measured -> title, unit of the rate, and columns.
 _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
     "steps": (
         "Control steps",
@@ -67,7 +67,7 @@ _LINES = ("-", "--", "-.", ":")
 
 
 def tables(machine: Mapping[str, Any], entries: Sequence[Entry]) -> str:
-    """All that was measured, as Markdown."""
+    """All measurements as Markdown."""
     accelerator = machine["accelerator"]
     origin = [accelerator["nvidia"] or accelerator["kind"]]
     origin += [f"{machine['machine']['cpu_count']} processors"]
@@ -102,7 +102,7 @@ def _text(value: object) -> str:
 
 
 def draw(entries: Sequence[Entry], path: Path) -> None:
-    """Draws control steps per second over simulations into the file `path`, if there are any."""
+    """Plot control steps per second over simulations into the file `path`, if there are any."""
     done = [entry for entry in entries if entry["what"] == "steps" and _done(entry)]
     curves: dict[tuple[str, str], list[Entry]] = {}
     for entry in done:

@@ -1,4 +1,4 @@
-"""What is timed of OGBench: one environment in one process, one episode at a time."""
+"""OGBench, timed: one environment in one process, one episode at a time."""
 
 import itertools
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from pigbench.training.restore import agent_for
 
 
 def generation(environment: str) -> Contender:
-    """Play data, the choice of actions included: an item is a control step."""
+    """Play data, including the choice of actions; an item is a control step."""
     env = peer.make(environment, mode="data_collection")
     return _contender(
         step
@@ -25,7 +25,7 @@ def generation(environment: str) -> Contender:
 
 
 def evaluation(ours: "envs.CubeEnv", method: str, preset: str) -> Contender:
-    """Evaluation episodes of a method's fresh policy: an item is a control step."""
+    """Evaluation episodes of a method's untrained policy; an item is a control step."""
     env = peer.make(ours.spec.name, mode="task")
     agent = agent_for(ours, method, agents.get(method).preset(preset), standard(ours))
     params = agents.create(agent, jax.random.key(0)).params

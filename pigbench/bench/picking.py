@@ -1,6 +1,6 @@
-"""Whether a cube gets where the scripted policy brings it, and how far a step is from MuJoCo in C.
+"""Whether the scripted policy places cubes, and how far a step differs from MuJoCo in C.
 
-For an engine on a device where neither OGBench nor recordings of it need be.
+Checks an engine on a device without OGBench and without recordings of it.
 """
 
 # mujoco's compiled modules carry no types.
@@ -22,11 +22,11 @@ from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS, Scene
 from pigbench.envs.tasks import SUCCESS_DISTANCE
 
-_STATES = 256  # at most, in which a control step is compared
+_STATES = 256  # in which a control step is compared, at most
 
 
 class Picks(NamedTuple):
-    """Picks and places, N of them, and M states and controls on the way, of all of them."""
+    """N picks and places, and M states and controls sampled from all of them."""
 
     distances: np.ndarray  # (N,) metres from the cube to its target at the plan's end
     diverged: np.ndarray  # (N,) bool
@@ -41,16 +41,16 @@ class Picks(NamedTuple):
 
 
 class StepErrors(NamedTuple):
-    """How far from C one control step ends, arrays (M,): the farthest joint, the farthest cube."""
+    """Distances (M,) from C after one control step: of the farthest joint and the farthest cube."""
 
     arm: np.ndarray  # radians
     cube: np.ndarray  # metres
 
 
 def pick_and_place(env: "envs.CubeEnv", count: int) -> Picks:
-    """The first plan of the policy `play` in so many random scenes, all at once.
+    """Run the first plan of the policy `play` in `count` random scenes, all at once.
 
-    Cubes of a random scene may touch from the start: not every plan succeeds, in C either.
+    Cubes of a random scene may touch from the start: not every plan succeeds, nor does it in C.
     """
     policy = PlayPolicy(env.scene)
 
@@ -82,7 +82,7 @@ def pick_and_place(env: "envs.CubeEnv", count: int) -> Picks:
 
 
 def step_errors(env: "envs.CubeEnv", picks: Picks) -> StepErrors:
-    """One control step from each state, here and in C."""
+    """Compare one control step from each state, here and in C."""
     begin = jax.jit(jax.vmap(env.physics.init))(picks.qpos, picks.qvel)
     here = np.asarray(jax.jit(jax.vmap(env.physics.step))(begin, picks.ctrl).qpos)
     there = _in_c(env.scene, picks)
@@ -95,7 +95,7 @@ def step_errors(env: "envs.CubeEnv", picks: Picks) -> StepErrors:
 
 
 def _in_c(scene: Scene, picks: Picks) -> np.ndarray:
-    """Where C is after a control step from each state, at rest before the controls set in."""
+    """C's `qpos` (M, nq) after a control step from each state; controls are set after a forward."""
     data = mujoco.MjData(scene.model)
     ends = []
     for qpos, qvel, ctrl in zip(picks.qpos, picks.qvel, picks.ctrl, strict=True):

@@ -1,4 +1,4 @@
-"""What is timed of rows: training from each of their homes, every one in a process of its own."""
+"""Training timed with rows in each of their homes, each in a process of its own."""
 
 import dataclasses
 import multiprocessing
@@ -31,11 +31,11 @@ from pigbench.training.restore import agent_for
 from pigbench.training.train import make_updates
 
 _METHOD, _PRESET = "gcivl", "cpu"
-_EPISODES_PER_SHARD, _SIMULATED = 50, 5  # a shard holds the simulated episodes several times
+_EPISODES_PER_SHARD, _SIMULATED = 50, 5  # a shard repeats the simulated episodes
 
 
 class Trainer:
-    """A process that trains on the data set in `folder`, its rows in one home."""
+    """A process that trains on the data set in `folder`, with its rows in one home."""
 
     def __init__(self, folder: Path, home: str) -> None:
         self._home = home
@@ -47,15 +47,15 @@ class Trainer:
         self.seconds_to_open: float = self._answer()
 
     def contender(self) -> Contender:
-        """Its updates; a unit is an update."""
+        """The process's updates; a unit is one update."""
         return Contender(self._home, self._ask)
 
     def resident(self) -> int:
-        """Bytes of memory that it keeps, without pages of files."""
+        """Resident bytes of the process, excluding pages of files."""
         return self._ask(0)
 
     def close(self) -> None:
-        """Ends the process."""
+        """End the process."""
         self._process.terminate()
         self._process.join()
 
@@ -71,11 +71,11 @@ class Trainer:
 
 
 def _serve(connection: Connection, folder: Path, home: str) -> None:
-    """Tells the seconds to open the rows; then does updates, so many as it is sent, for ever.
+    """Send the seconds to open the rows; then, forever, do as many updates as are asked for.
 
-    Sent 0, it tells its resident bytes.
+    Asked for 0, send the resident bytes instead.
     """
-    jax.devices()  # starting the device is no part of opening
+    jax.devices()  # starting the device does not count as opening
     begin = time.perf_counter()
     data = dataset.load(folder)
     split = data.split("train")
@@ -98,7 +98,7 @@ def _serve(connection: Connection, folder: Path, home: str) -> None:
 
 
 def _resident() -> int:
-    """Bytes of memory that this process keeps, without pages of files."""
+    """Resident bytes of this process, excluding pages of files."""
     lines = files.read_text(Path("/proc/self/status")).splitlines()
     values = dict(line.split(":", 1) for line in lines if ":" in line)
     return sum(int(values[name].split()[0]) * 1024 for name in ("RssAnon", "RssShmem"))
@@ -106,9 +106,9 @@ def _resident() -> int:
 
 @contextmanager
 def throw_away(environment: str, transitions: int, folder: Path | None) -> Iterator[Path]:
-    """A data set of that size, gone afterwards: a few simulated episodes, repeated.
+    """A temporary data set of that size: a few simulated episodes, repeated.
 
-    `folder` is where it is made, by default where the system has its temporary files.
+    It is made in `folder`, by default the system's folder of temporary files.
     """
     with tempfile.TemporaryDirectory(prefix="pigbench-rows-", dir=folder) as made:
         _write(environment, transitions, Path(made) / "data")

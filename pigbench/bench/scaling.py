@@ -1,4 +1,4 @@
-"""How control steps scale: with simulations at once and with cubes, in time and in memory."""
+"""How control steps scale with simultaneous simulations and with cubes, in time and in memory."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,14 +16,14 @@ _PANEL = 3.2, 2.4  # inches
 
 
 class Point(NamedTuple):
-    """One measurement: so many simulations of an environment at once."""
+    """One measurement: a number of simultaneous simulations of an environment."""
 
     environment: str
     simulations: int
 
     @property
     def name(self) -> str:
-        """Both in words."""
+        """Both as text."""
         return f"{self.environment}, {self.simulations:,}"
 
     @property
@@ -33,7 +33,7 @@ class Point(NamedTuple):
 
 
 class Footprint(NamedTuple):
-    """Bytes of the compiled program of one control step, as the compiler counts them."""
+    """Bytes that the compiled program of one control step uses, as counted by the compiler."""
 
     arguments: int
     results: int
@@ -41,12 +41,12 @@ class Footprint(NamedTuple):
 
     @property
     def total(self) -> int:
-        """All of them."""
+        """The sum of all."""
         return sum(self)
 
 
 def footprint(env: "envs.CubeEnv", simulations: int) -> Footprint:
-    """Of a control step of so many simulations. Compiles it, and runs nothing."""
+    """Footprint of a control step of so many simulations. Compiles it, but runs nothing."""
     home = jnp.asarray(env.scene.home_qpos)
     one = jax.eval_shape(env.physics.init, home)
     states, actions = jax.tree.map(
@@ -67,7 +67,7 @@ def footprint(env: "envs.CubeEnv", simulations: int) -> Footprint:
 def draw(
     by_simulations: Mapping[Point, Timing], by_cubes: Mapping[Point, Timing], path: Path
 ) -> None:
-    """Draws control steps per second into the file `path`, over simulations and over cubes."""
+    """Plot control steps per second over simulations and over cubes into the file `path`."""
     with canvas.look():
         figure, panels = canvas.grid(1, 2, panel=_PANEL, legend=[])
         left, right = panels[0]
@@ -81,7 +81,7 @@ def draw(
             panel.set_xscale("log", base=2)
             panel.set_xticks(counts, labels=[f"{count:,}" for count in counts])
             panel.set_xlabel(what)
-        left.set_ylim(bottom=0)  # of both
+        left.set_ylim(bottom=0)  # for both panels
         left.set_title(next(iter(by_simulations)).environment)
         right.set_title(f"{next(iter(by_cubes)).simulations:,} simulations")
         left.set_ylabel("control steps per second")

@@ -1,4 +1,4 @@
-"""What is timed of simulations: data generation, evaluation, and bare control steps."""
+"""Simulation, timed: data generation, evaluation, and bare control steps."""
 
 # mujoco's compiled modules carry no types.
 # pyright: reportAttributeAccessIssue=false
@@ -23,17 +23,17 @@ from pigbench.envs.scene import SUBSTEPS
 from pigbench.training.evaluate import Evaluation, make_evaluator
 from pigbench.training.restore import agent_for
 
-_CHUNK = 10  # control steps a call
-_WHOLE = 0.98  # share of an evaluation's control steps, at least
-_BEFORE = 50  # control steps after which grippers are at work
+_CHUNK = 10  # control steps per call
+_WHOLE = 0.98  # least share of an evaluation's control steps that must be run
+_BEFORE = 50  # control steps after which the grippers are in contact with cubes
 
 Run = Callable[[Simulation], tuple[Simulation, dict[str, jax.Array]]]
 Advance = Callable[[PhysicsState, jax.Array], object]
-"""A control step of a batch's states under its controls."""
+"""A control step of a batch of states under given controls."""
 
 
 def generation(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
-    """Play data, up to where it would be written: an item is one simulation's control step."""
+    """Collect play data without writing it; an item is one simulation's control step."""
     run, start = _under_way(env, simulations)
 
     def work(count: int) -> None:
@@ -44,9 +44,9 @@ def generation(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender
 
 
 def engine(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
-    """The engine alone, on the states of `generation`; items as there.
+    """The engine alone, on the states of `generation`, with the same items.
 
-    In C it is MuJoCo's own batch of simulations, filled with each step's states.
+    In C this is MuJoCo's own batch of simulations, filled with the states of each step.
     """
     policy = POLICIES["play"](env.scene)
     _, start = _under_way(env, simulations)
@@ -71,7 +71,7 @@ def engine(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
 
 
 def _under_way(env: "envs.CubeEnv", simulations: int) -> tuple[Run, Simulation]:
-    """A chunk of collecting play data, and the simulations that it begins with."""
+    """A function that collects a chunk of play data, and the simulations to start it from."""
     policy = POLICIES["play"](env.scene)
     run = jax.jit(lambda batch: collect.run(env, policy, batch, steps=_CHUNK))
     begin = jax.jit(jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool))))
@@ -100,7 +100,7 @@ def _compiled(env: "envs.CubeEnv") -> Advance:
 def evaluation(
     env: "envs.CubeEnv", episodes: int, method: str, preset: str, *, name: str
 ) -> Contender:
-    """Whole evaluations of a method's fresh policy: an item is one episode's control step."""
+    """Whole evaluations of a method's untrained policy; an item is one episode's control step."""
     agent = agent_for(env, method, agents.get(method).preset(preset), standard(env))
     params = agents.create(agent, jax.random.key(0)).params
     evaluate = make_evaluator(env, agent, Evaluation(episodes))
@@ -109,7 +109,7 @@ def evaluation(
     def work(count: int) -> None:
         for _ in range(count):
             outcome = evaluate(params, lambda _: None)
-            # A fresh policy reaches no goal: episodes have their whole length, but for those whose
+            # An untrained policy reaches no goal: episodes have full length, except for those whose
             # simulation diverges.
             assert outcome["length"].sum() >= _WHOLE * steps
 
@@ -117,7 +117,7 @@ def evaluation(
 
 
 def steps(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
-    """Control steps of tasks under random actions: an item is one simulation's."""
+    """Control steps of tasks under random actions; an item is one simulation's control step."""
     key = jax.random.key(0)
     states = jax.jit(jax.vmap(env.reset))(jax.random.split(key, simulations))
 

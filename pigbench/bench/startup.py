@@ -1,4 +1,4 @@
-"""What it takes to start commands: processor time of processes of their own."""
+"""Processor time that commands take to start, each in a process of its own."""
 
 import os
 import subprocess
@@ -9,7 +9,7 @@ from pigbench.errors import UserError
 
 
 def seconds(arguments: Sequence[str]) -> float:
-    """Processor time of one `pigbench` command, user's and system's. UserError if it fails."""
+    """User plus system time of one `pigbench` command. Raises UserError if it fails."""
     before = os.times()
     ended = subprocess.run(
         [sys.executable, "-m", "pigbench", *arguments],

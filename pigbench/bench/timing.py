@@ -1,11 +1,11 @@
-"""Timings side by side: contenders take turns, so that a busy machine slows all of them."""
+"""Side-by-side timings: contenders take turns, so that a busy machine slows all of them."""
 
 import dataclasses
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 
-_CALIBRATION = 3  # units, after the first, whose time tells how many fill a turn
+_CALIBRATION = 3  # units, after the first, whose time determines how many fill a turn
 
 
 @dataclasses.dataclass(frozen=True)
@@ -22,11 +22,11 @@ class Contender:
 
 @dataclasses.dataclass(frozen=True)
 class Timing:
-    """What was measured of a contender.
+    """The measurements of a contender.
 
     Attributes:
         first: seconds that the first unit took, compilation included.
-        seconds: seconds an item, of each turn.
+        seconds: seconds per item, one value per turn.
     """
 
     first: float
@@ -38,7 +38,7 @@ class Timing:
         return statistics.median(self.seconds)
 
     def ratio(self, other: "Timing") -> float:
-        """The median over turns of this one's seconds by the other's of the same turn."""
+        """The median over turns of this one's seconds divided by the other's in the same turn."""
         turns = zip(self.seconds, other.seconds, strict=True)
         return statistics.median(mine / its for mine, its in turns)
 
@@ -51,9 +51,9 @@ def alternate(
     report: Callable[[str], object] = lambda _: None,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Mapping[str, Timing]:
-    """Times of all contenders by name: `turns` turns each, of about `seconds`, one after another.
+    """Timings of all contenders by name: `turns` turns each, of about `seconds`, in rotation.
 
-    `report` is told each contender's name as it has had a turn, the warming up being the first.
+    `report` is called with a contender's name after each of its turns, and once after its warm-up.
     """
 
     def time_of(contender: Contender, units: int) -> float:

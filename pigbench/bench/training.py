@@ -1,4 +1,4 @@
-"""What is timed of training: the updates of methods, on rows of noise."""
+"""Training, timed: the updates of methods on rows of noise."""
 
 from collections.abc import Iterable
 
@@ -18,7 +18,7 @@ _EPISODES = 20
 
 
 def contenders(environment: str, methods: Iterable[str], preset: str) -> list[Contender]:
-    """Each method's updates at a preset, sampling of batches included; a unit is an update."""
+    """Each method's updates at a preset, including the sampling of batches; a unit is an update."""
     env = envs.make(environment)
     rows = noise(env)
     return [updates(env, rows, method, agents.get(method).preset(preset)) for method in methods]
@@ -33,9 +33,9 @@ def updates(
     seeds: int = 1,
     name: str = "",
 ) -> Contender:
-    """The updates of a method with some hyper-parameters, under its own or another name.
+    """The updates of a method with the given hyper-parameters, under its own or another name.
 
-    Seeds are trained together: an item is one seed's update.
+    Seeds are trained together; an item is one seed's update.
     """
     keys = [jax.random.split(jax.random.key(seed)) for seed in range(seeds)]
     agent = agent_for(env, method, config, standard(env))
@@ -52,12 +52,12 @@ def updates(
 
 
 def standard(env: "envs.CubeEnv") -> Statistics:
-    """Statistics of observations as `noise` has them."""
+    """Statistics of the observations of `noise`."""
     return Statistics.standard(env.observation_size)
 
 
 def noise(env: "envs.CubeEnv") -> Rows:
-    """Rows as an environment's data set has them. Their values do not matter to the time."""
+    """Rows shaped like those of an environment's data set. Their values do not affect the time."""
     draws = np.random.default_rng(0)
     count = _EPISODES * EPISODE_ROWS
     return Rows.create(
