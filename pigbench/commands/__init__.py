@@ -1,1 +1,1 @@
-"""The command line's commands: a frozen dataclass of arguments each, with a `run`."""
+"""The commands of the command line: each a frozen dataclass of arguments with a `run`."""

@@ -29,10 +29,10 @@ HEADER = (
 )
 _SCALES = 1, 1, 1, 100, 100
 CAPTION = (
-    "Medians over transitions of the data, except the share of each mode. The gradient is that of "
-    "the value in the state; along robot and object are the shares of its square. Goals, "
-    "coordinates and constants are those that the run trains its value with (direction of HJB: "
-    "{direction!r})."
+    "Medians over transitions of the data, except for the share of each mode. The gradient is that "
+    "of the value with respect to the state; along robot and object are the shares of its square. "
+    "Goals, coordinates and constants are those with which the run trains its value (direction of "
+    "HJB: {direction!r})."
 )
 
 
@@ -75,7 +75,7 @@ class Analyze:
             files.write_text(out / "residuals.md", table)
             title = f"{run.config.label} on {run.config.environment}, step {int(state.step):,}"
             figure.draw(modes, residuals, out / "residuals.png", title=title)
-        print(f"table and figure lie in {out}")
+        print(f"wrote the table and the figure to {out}")
 
 
 def _lines(modes: np.ndarray, residuals: Residuals) -> list[tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""`pigbench bench`: how long things take, side by side."""
+"""`pigbench bench`: running times, side by side."""
 
 import contextlib
 import dataclasses
@@ -23,12 +23,12 @@ from pigbench.training.provenance import surroundings
 
 @dataclasses.dataclass(frozen=True)
 class Turns:
-    """How the contenders take turns; medians are over turns."""
+    """How contenders take turns; medians are over turns."""
 
     turns: int = 5
-    """Turns of each contender."""
+    """Turns per contender."""
     seconds: float = 2.0
-    """Length of a turn, in seconds."""
+    """Length of a turn in seconds."""
 
     def __post_init__(self) -> None:
         if self.turns < 1:
@@ -37,15 +37,15 @@ class Turns:
 
 @dataclasses.dataclass(frozen=True)
 class Train:
-    """Time the updates of methods, and compare them with the first one's.
+    """Time the updates of methods, and compare them with those of the first.
 
     On two cores or more, set NPROC to the number of threads you mean to train with.
     """
 
     methods: tyro.conf.Positional[tuple[str, ...]] = ()
-    """Methods, of which the others are compared with the first; by default all methods."""
+    """Methods, compared with the first; by default all methods."""
     environment: str = "cube-single"
-    """Environment whose observations and actions the networks take."""
+    """Environment for whose observations and actions the networks are built."""
     preset: str = "cpu"
     """Preset of hyper-parameters: cpu or paper."""
     turns: Turns = dataclasses.field(default_factory=Turns)
@@ -82,9 +82,9 @@ class Train:
 
 @dataclasses.dataclass(frozen=True)
 class Generate:
-    """Time data generation, OGBench's generator, which must be installed, and the engine alone.
+    """Time data generation, OGBench's generator (which must be installed), and the engine alone.
 
-    The engine alone starts from the same states with the same controls, without policy and
+    The engine alone starts from the same states with the same controls, but without policy and
     observations.
     """
 
@@ -120,13 +120,13 @@ class Generate:
         for profile in self.physics:
             ours = timings[f"pigbench {profile}"]
             engine = timings[f"pigbench {profile}, engine alone"]
-            print(f"{profile}: {engine.ratio(ours):.2f} of what the engine does alone")
+            print(f"{profile}: {engine.ratio(ours):.2f} of the engine's rate alone")
         save(self.json, self, timings)
 
 
 @dataclasses.dataclass(frozen=True)
 class Evaluate:
-    """Time the evaluation of an untrained policy, beside OGBench's environments, one at a time."""
+    """Time the evaluation of an untrained policy here and in OGBench, one environment at a time."""
 
     environment: str = "cube-double"
     """Environment."""
@@ -135,7 +135,7 @@ class Evaluate:
     preset: str = "cpu"
     """Preset of hyper-parameters: cpu or paper."""
     episodes: int = 10
-    """Episodes of each task, all at once."""
+    """Episodes per task, all at once."""
     physics: tuple[str, ...] = ("exact", "fast")
     """Physics profiles."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -166,7 +166,7 @@ class Evaluate:
 
 @dataclasses.dataclass(frozen=True)
 class Rows:
-    """Time GCIVL's updates (preset cpu) with rows on the device and on the disk, and the opening.
+    """Time GCIVL's updates (preset cpu) with rows on the device and on disk, and opening the data.
 
     The data set is deleted afterwards. Its episodes are a few simulated ones, repeated.
     """
@@ -176,9 +176,9 @@ class Rows:
     environment: str = "cube-single"
     """Environment that the rows are from."""
     folder: Path | None = None
-    """Where the data set is made; by default the system's folder for temporary files."""
+    """Folder in which the data set is made; by default the system's folder of temporary files."""
     turns: Turns = dataclasses.field(default_factory=Turns)
-    """How device and disk take turns."""
+    """How the device and the disk take turns."""
     json: Path | None = None
     """File for the result as JSON, with the machine and versions."""
 
@@ -237,7 +237,7 @@ class Startup:
     """Measure the processor seconds that commands take to start, each in its own process."""
 
     turns: int = 5
-    """Turns of each command; medians are over turns."""
+    """Turns per command; medians are over turns."""
     json: Path | None = None
     """File for the result as JSON, with the machine and versions."""
 
@@ -259,7 +259,7 @@ class Startup:
 
 
 def _print_rates(timings: Mapping[str, Timing]) -> None:
-    """Control steps per second, and how many times the peer's."""
+    """Print control steps per second, and their ratio to the peer's."""
     lines = [
         (
             name,
@@ -274,7 +274,7 @@ def _print_rates(timings: Mapping[str, Timing]) -> None:
 
 
 def measure(task: str, contenders: list[Contender], turns: Turns) -> Mapping[str, Timing]:
-    """Times of all contenders by name, under a progress line; compilation is not cached."""
+    """Time all contenders, by name, showing progress; compilation is not cached."""
     jax.config.update("jax_enable_compilation_cache", False)  # compilation is timed too
     total = (turns.turns + 1) * len(contenders)
     with Progress(task, total=total, unit="turns") as progress:
@@ -287,7 +287,7 @@ def measure(task: str, contenders: list[Contender], turns: Turns) -> Mapping[str
 
 
 def save(path: Path | None, command: object, timings: Mapping[str, Timing], **more: object) -> None:
-    """Keeps the settings of a command, all seconds and `more`, with machine and versions."""
+    """Save a command's settings, all seconds and `more`, with machine and versions."""
     if path is None:
         return
     settings = {name: value for name, value in vars(command).items() if not isinstance(value, Path)}

@@ -1,4 +1,4 @@
-"""`pigbench data`: look at a data set, check it, and convert it from and to other formats."""
+"""`pigbench data`: inspect and check a data set, and convert it from and to other formats."""
 
 import dataclasses
 import importlib
@@ -18,9 +18,9 @@ from pigbench.support import files
 
 
 class Format(NamedTuple):
-    """A format: its module, whether that has `write` and `read`, and the options of the former.
+    """A format: its module, whether that has `write` and `read`, and the options of `write`.
 
-    Modules are imported when they are needed: looking at a data set takes no simulator.
+    Modules are imported only when needed: inspecting a data set takes no simulator.
     """
 
     module: str
@@ -39,7 +39,7 @@ _FORMATS = {
 
 @dataclasses.dataclass(frozen=True)
 class Info:
-    """Say what a data set holds: environment, policy, episodes, observation layout, versions."""
+    """Describe a data set: environment, policy, episodes, observation layout, versions."""
 
     folder: tyro.conf.Positional[Path]
     """Folder of the data set."""
@@ -51,29 +51,29 @@ class Info:
 
 @dataclasses.dataclass(frozen=True)
 class Verify:
-    """Read every byte of a data set and name each file that is torn, altered or not finite."""
+    """Read every byte of a data set, and list files that are truncated, altered or not finite."""
 
     folder: tyro.conf.Positional[Path]
     """Folder of the data set."""
 
     def run(self) -> None:
-        """Print one line for each problem; raises UserError if there is any."""
+        """Print one line per problem; raises UserError if there is any."""
         problems = dataset.verify(self.folder)
         for problem in problems:
             print(problem)
         if problems:
             raise UserError(
-                f"{self.folder} has {len(problems)} faults; run the command that made it once more"
+                f"{self.folder} has {len(problems)} faults; run the command that made it again"
             )
-        print(f"{self.folder} is whole")
+        print(f"{self.folder} is intact")
 
 
 @dataclasses.dataclass(frozen=True)
 class Filter:
-    """Make a data set from another's good episodes, and say which were left out and why.
+    """Make a data set from the good episodes of another, and report which were left out and why.
 
-    Each episode is judged by its own observations, as in a robot's log. What was measured of those
-    that were left out is in the file filter.json of the new data set.
+    Each episode is judged by its own observations, as in a robot's log. The measurements of those
+    left out are in the new data set's file filter.json.
     """
 
     folder: tyro.conf.Positional[Path]
@@ -81,13 +81,13 @@ class Filter:
     out: Path
     """Folder of the new data set."""
     criteria: tuple[str, ...] = tuple(CRITERIA)
-    """What episodes are judged by: success (the cube lay at the goal, and elsewhere), jerk, length,
+    """Criteria for episodes: success (the cube was at the goal, and elsewhere), jerk, length,
     drops."""
     limits: Annotated[Limits, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Limits)
-    """What is good enough."""
+    """Limits of the criteria."""
 
     def run(self) -> None:
-        """Judge, write and report."""
+        """Judge the episodes, write the good ones and report."""
         data = dataset.load(self.folder)
         judged = filter.judge(data, self.criteria, self.limits)
         print(markdown_grid(filter.table(judged, self.criteria, self.limits)))
@@ -101,20 +101,20 @@ class Filter:
 class Export:
     """Write a data set in another format.
 
-    For OGBench's loaders, these are F.npz and F-val.npz; for Minari, a folder that
-    MINARI_DATASETS_PATH may name; for LeRobot, the folder of a data set of version 3.
+    For OGBench's loaders, the output is F.npz and F-val.npz; for Minari, a folder that
+    MINARI_DATASETS_PATH can point to; for LeRobot, the folder of a version 3 data set.
     """
 
     folder: tyro.conf.Positional[Path]
     """Folder of the data set."""
     out: Path
-    """File of the training split (that of the validation split is named after it), or a folder."""
+    """File for the training split (the validation split's is named after it), or a folder."""
     rows_per_file: int | None = None
-    """The most rows in a file of OGBench's, as whole shards; by default a split is one file."""
+    """Maximum rows per OGBench file, in whole shards; by default each split is one file."""
     format: str = "ogbench"
     """Format: ogbench, minari or lerobot."""
     goals: str = "state"
-    """cubes adds each row's cube positions, as for OGBench's `-oraclerep` environments."""
+    """state, or cubes to add each row's cube positions, as in OGBench's `-oraclerep` data."""
 
     def run(self) -> None:
         """Write the files."""
@@ -133,12 +133,12 @@ class Export:
 
 @dataclasses.dataclass(frozen=True)
 class Card:
-    """Write a data set's README: what it holds and how to load it, with the hub's header."""
+    """Write a data set's README: its contents and how to load it, with the hub's header."""
 
     folder: tyro.conf.Positional[Path]
     """Folder of the data set."""
     license: str = card.LICENSE
-    """Licence of the data, by its name on the hub."""
+    """Licence of the data, as named on the hub."""
 
     def run(self) -> None:
         """Write the file."""
@@ -149,21 +149,21 @@ class Card:
 class Push:
     """Put a data set into a repository of the Hugging Face hub, with its card.
 
-    Log in with `hf auth login`, or set HF_TOKEN. If the command was cut off, run it again: files
-    that are already there are not sent again.
+    Log in with `hf auth login`, or set HF_TOKEN. If the command was interrupted, run it again:
+    files that are already there are not sent again.
     """
 
     repository: tyro.conf.Positional[str]
-    """Repository, as owner/name; it is created if it does not exist."""
+    """Repository as owner/name; it is created if it does not exist."""
     data: Path
     """Folder of the data set."""
     private: bool = False
     """Create a repository that others cannot see."""
     license: str = card.LICENSE
-    """Licence in the card, if there is no card yet."""
+    """Licence for the card, if there is no card yet."""
 
     def run(self) -> None:
-        """Write the card if need be, and send everything."""
+        """Write the card if there is none, and send everything."""
         data = dataset.load(self.data)
         if not (self.data / card.FILE_NAME).exists():
             sharing.write(data, license=self.license)
@@ -174,11 +174,11 @@ class Push:
 class Pull:
     """Fetch a data set from a repository of the Hugging Face hub, and verify every byte.
 
-    If the command was cut off, run it again: files that are already there are not fetched again.
+    If the command was interrupted, run it again: files already there are not fetched again.
     """
 
     repository: tyro.conf.Positional[str]
-    """Repository, as owner/name."""
+    """Repository as owner/name."""
     out: Path
     """Folder of the data set."""
     revision: str | None = None
@@ -193,22 +193,22 @@ class Pull:
 
 @dataclasses.dataclass(frozen=True)
 class Import:
-    """Make a data set from files of OGBench's, of `pigbench data export`, or from a robot's logs.
+    """Make a data set from files of OGBench or `pigbench data export`, or from a robot's logs.
 
     Validation files, F-val.npz beside F.npz, are read too. Logs are one file per episode, or a
-    LeRobot v3 folder of a UR5e; docs/robot.md lists the columns that they must have, and the units.
+    LeRobot v3 folder of a UR5e; docs/robot.md lists the required columns and their units.
 
-    If the command was cut off, run it again: finished shards are kept.
+    If the command was interrupted, run it again: finished shards are kept.
     """
 
     files: tyro.conf.Positional[tuple[Path, ...]]
-    """Files of the training split, or a folder of them. Every tenth log is for validation."""
+    """Files of the training split, or a folder of them. Every tenth log is used for validation."""
     environment: str
-    """Environment that the data are from; see `pigbench list envs`."""
+    """Environment that the data come from; see `pigbench list envs`."""
     out: Path
     """Folder of the data set."""
     physics: str = "exact"
-    """Physics profile in which policies trained on the data are evaluated."""
+    """Physics profile for evaluating policies trained on the data."""
     format: str = "ogbench"
     """Format of the files: ogbench or log."""
 

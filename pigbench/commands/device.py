@@ -1,4 +1,4 @@
-"""`pigbench bench device`: what the accelerator at hand does, in minutes."""
+"""`pigbench bench device`: the performance of this machine's accelerator, within minutes."""
 
 import dataclasses
 import json
@@ -20,24 +20,24 @@ from pigbench.support.lock import only_writer
 
 @dataclasses.dataclass(frozen=True)
 class Device:
-    """Measure the accelerator at hand: control steps, training, parity with MuJoCo in C, data
-    generation, evaluation; the most informative first, until the time is over.
+    """Measure this machine's accelerator: control steps, training, parity with MuJoCo in C, data
+    generation, evaluation; the most informative first, until the time is up.
 
-    Each result is written at once and kept: run the same command again for what there was no time
-    for. If a row fails, the reason is kept; a new folder starts afresh. On a GPU, JAX allocates
-    memory as it needs it, so that there is room for Warp (with
-    XLA_PYTHON_CLIENT_PREALLOCATE=true, JAX takes its share first).
+    Each result is saved at once: run the same command again to measure what there was no time for.
+    If a row fails, the reason is saved; a new folder starts afresh. On a GPU, JAX allocates memory
+    as it needs it, which leaves room for Warp (with XLA_PYTHON_CLIENT_PREALLOCATE=true, JAX takes
+    its share first).
     """
 
     out: Path
     """Folder for device.json, device.md and device.png."""
     minutes: float = 8.0
-    """Time to spend; no measurement starts that would not end within it."""
+    """Time limit in minutes; no measurement starts that would not end within it."""
     sizes: Sizes = dataclasses.field(default_factory=Sizes)
-    """What is measured, and in what sizes."""
+    """What to measure, and in what sizes."""
 
     def run(self) -> None:
-        """Measure, print each row as it comes, and write tables and a picture."""
+        """Measure, print each row as it is done, and write tables and a plot."""
         if self.minutes <= 0:
             raise UserError(f"minutes is {self.minutes:g}: it must be more than 0")
         deadline = time.monotonic() + 60 * self.minutes
@@ -61,7 +61,7 @@ class Device:
                 alive=device.alive,
                 report=report,
             )
-        print(f"{self.out} has device.json, device.md and device.png")
+        print(f"device.json, device.md and device.png are in {self.out}")
 
 
 def _earlier(path: Path, origin: dict[str, Any]) -> dict[str, Result]:
@@ -70,7 +70,7 @@ def _earlier(path: Path, origin: dict[str, Any]) -> dict[str, Result]:
         return {}
     content = files.read_json(path)
     rows = content.pop("rows")
-    same = content == json.loads(json.dumps(origin))  # JSON knows no tuples
+    same = content == json.loads(json.dumps(origin))  # JSON has no tuples
     return {row["row"]: row for row in rows} if same else {}
 
 

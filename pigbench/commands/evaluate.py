@@ -23,16 +23,16 @@ class Evaluate:
     """Evaluate a run's policy on all tasks of its environment.
 
     The episodes replace those of the same training step in the run's episodes.csv; fewer episodes
-    replace more only with --replace. With --noise, they are written to separate files, for
+    replace more only with --replace. With --noise, they go to separate files, for
     `pigbench table --show noise`.
     """
 
     run_folder: tyro.conf.Positional[Path]
     """Folder of the run."""
     checkpoint: str = "last"
-    """Which policy: last, best (by the evaluations so far), or that of a training step."""
+    """Policy: last, best (in the evaluations so far), or that of a training step."""
     episodes: int = Evaluation.episodes
-    """Episodes of each task."""
+    """Episodes per task."""
     seed: Seed = Evaluation.seed
     """Seed of the scenes and of the policy's random draws."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -40,8 +40,8 @@ class Evaluate:
     replace: bool = False
     """Allow fewer episodes to replace more."""
     noise: tuple[float, ...] = ()
-    """Evaluate with each of these, in millimetres, as the standard deviation of every coordinate of
-    the cubes' estimated positions, instead of the environment's own."""
+    """Evaluate with each of these standard deviations, in millimetres, of every coordinate of the
+    cubes' estimated positions, instead of the environment's own."""
 
     def __post_init__(self) -> None:
         for level in self.noise:
@@ -60,7 +60,7 @@ class Evaluate:
                 self._evaluate(trained, self._noisy(trained, level), run.noise_path(level))
 
     def _noisy(self, trained: Trained, level: float) -> "envs.CubeEnv":
-        """The run's environment with that noise, millimetres, of the estimated positions."""
+        """The run's environment with that noise, in millimetres, of the estimated positions."""
         config, reality = trained.run.config, trained.env.reality or Reality()
         estimate = dataclasses.replace(reality.estimate, position_noise=level / 1000)
         return envs.make(
@@ -82,7 +82,10 @@ class Evaluate:
         print(f"{'all tasks':28} {100 * outcome['success'].mean():.1f} %")
 
     def _check_replaced(self, path: Path, *, step: int, count: int) -> None:
-        """Say how many episodes `count` others replace; UserError if they are more, unasked."""
+        """Print how many episodes `count` new ones replace.
+
+        Raises UserError if they are more than `count`, unless `replace` is set.
+        """
         recorded = episodes.read(path) if path.exists() else []
         seeds = [episode.seed for episode in recorded if episode.step == step]
         if not seeds:

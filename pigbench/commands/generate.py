@@ -26,15 +26,15 @@ from pigbench.support.lock import only_writer
 from pigbench.training.provenance import package_versions
 
 _SHARD_OF_HOST, _SHARD_OF_ACCELERATOR = 50, 2048
-"""Episodes simulated at once, by default: an accelerator wants thousands."""
+"""Default numbers of episodes simulated at once: an accelerator needs thousands."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Generate:
     """Collect an offline data set with a scripted policy.
 
-    If the command was cut off, run it again: finished shards are kept, and the bytes are those of
-    an uninterrupted run.
+    If the command was interrupted, run it again: finished shards are kept, and the result has the
+    bytes of an uninterrupted run.
     """
 
     environment: tyro.conf.Positional[str]
@@ -43,29 +43,30 @@ class Generate:
     """Folder of the data set."""
     policy: str | None = None
     """Scripted policy: play follows noisy plans, noisy reacts to the scene with noisy actions,
-    replan plans anew at every step, as a robot that knows only estimates. By default the
+    replan plans anew at every step, like a robot that has only estimates. By default the
     environment's own: play, or replan for cube-centre."""
     episodes: int = 1000
-    """Episodes of the training split."""
+    """Episodes in the training split."""
     validation_episodes: int | None = None
-    """Episodes of the validation split; a tenth of the training split by default."""
+    """Episodes in the validation split; by default a tenth of the training split."""
     seed: Seed = 0
-    """Seed of every random number."""
+    """Seed of all random numbers."""
     episode_length: int = EPISODE_ROWS
-    """Rows per episode; replan ends its episodes itself, after 301 rows at most."""
+    """Rows per episode; replan ends its episodes itself, after at most 301 rows."""
     compact: bool = False
     """Leave out qpos and qvel, which no method trains on, to halve the size."""
     episodes_per_shard: int | None = None
-    """Episodes simulated at once and written as one shard; by default what suits the engine."""
+    """Episodes simulated at once and written as one shard; by default a number suited to the
+    engine."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     physics: Annotated[str, tyro.conf.arg(help_behavior_hint="(default: exact)")] = "exact"
-    """Physics profile: exact is OGBench's to the micrometre, fast is simpler."""
+    """Physics profile: exact matches OGBench to the micrometre, fast is simpler."""
 
     cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
     """Where shards are simulated."""
 
-    def __post_init__(self) -> None:  # so that a suite refuses it before it begins
+    def __post_init__(self) -> None:  # so that a suite rejects bad values before it begins
         for name in ("episodes", "episode_length", "episodes_per_shard"):
             if getattr(self, name) is not None and getattr(self, name) < 1:
                 raise UserError(f"{name} is {getattr(self, name)}: it must be at least 1")
@@ -76,7 +77,7 @@ class Generate:
         memory.require(self._episodes_per_shard())
 
     def run(self) -> None:
-        """Generate what is missing."""
+        """Generate the missing shards."""
         named = lookup("environment", envs.SPECS, self.environment).policy
         name = named if self.policy is None else self.policy
         policy = lookup("policy", POLICIES, name)
@@ -97,7 +98,7 @@ class Generate:
             versions=package_versions(),
             settings=settings.in_force(),
         )
-        if not self.out.exists():  # else what is missing is counted
+        if not self.out.exists():  # otherwise only the missing shards count
             most = collect.most_rows(policy, self.episode_length)
             every = sum(spec.episodes.values()) * most
             collect.require_room(env, spec.fields, every, self.out)

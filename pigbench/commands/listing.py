@@ -1,4 +1,4 @@
-"""`pigbench list`: what there is, by name."""
+"""`pigbench list`: environments and methods by name."""
 
 import dataclasses
 from collections.abc import Callable
@@ -38,7 +38,7 @@ class List:
     """envs or methods."""
 
     def run(self) -> None:
-        """Print one line each."""
+        """Print one line per name."""
         rows = lookup("topic", _TOPICS, self.topic)()
         width = max(len(name) for name, _ in rows)
         for name, summary in rows:

@@ -1,4 +1,4 @@
-"""`pigbench parity`: how close our simulations, and the data made in them, are to OGBench's."""
+"""`pigbench parity`: how close our simulations and the data made in them are to OGBench's."""
 
 import dataclasses
 import itertools
@@ -29,7 +29,7 @@ _HORIZONS = (1, 10, replay.WINDOW)  # control steps after which errors are compa
 _PERCENTILE = 95
 _CLOSE, _NEAR = 1e-4, 2e-3  # metres
 
-# Column -> the error, and by what it is multiplied there.
+# Column -> the error's field, and the factor that converts it to the column's unit.
 _COLUMNS = {
     "pinch (mm)": ("pinch", 1e3),
     "opening": ("opening", 1),
@@ -44,13 +44,13 @@ class Parity:
     """Replay episodes of the ogbench package, which must be installed, from the same states.
 
     OGBench's scripted policy acts in OGBench's physics; the same actions are applied here, over
-    stretches of 50 control steps and over whole sub-tasks.
+    windows of 50 control steps and over whole sub-tasks.
     """
 
     environment: tyro.conf.Positional[str] = "cube-double"
     """Environment."""
     policy: str = "play"
-    """Scripted policy of OGBench's: play or noisy."""
+    """OGBench's scripted policy: play or noisy."""
     episodes: int = 20
     """Episodes of 1,000 control steps."""
     seed: Seed = 0
@@ -63,7 +63,7 @@ class Parity:
     """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
-        """Measure and print a table of errors, and one of outcomes."""
+        """Measure, and print a table of errors and one of outcomes."""
         files.require_files(self.json)
         ours = {
             (engine, profile): envs.make(self.environment, engine=engine, profile=profile)
@@ -81,16 +81,16 @@ class Parity:
         error_table = [(*kinds, *_COLUMNS, *shares), *errors]
         end_table = [("engine", "physics", "sub-tasks", "same grasp", "same placement"), *ends]
         print(markdown_grid(error_table))
-        print(f"\nErrors: {_PERCENTILE}th percentiles over windows, of cubes the farthest.\n")
+        print(f"\nErrors: {_PERCENTILE}th percentiles over windows, for the farthest cube.\n")
         print(markdown_grid(end_table))
         _save(self.json, self, {"errors": error_table, "outcomes": end_table})
 
 
 @dataclasses.dataclass(frozen=True)
 class ParityData:
-    """Compare data from a scripted policy with OGBench's data from that policy, by quantity.
+    """Compare data from a scripted policy with OGBench's from the same policy, by quantity.
 
-    Both are generated now, OGBench's by the ogbench package, which must be installed.
+    Both are generated anew, OGBench's by the ogbench package, which must be installed.
     """
 
     environment: tyro.conf.Positional[str] = "cube-double"
@@ -98,7 +98,7 @@ class ParityData:
     policies: tuple[str, ...] = ("play", "noisy")
     """Scripted policies."""
     episodes: int = 20
-    """Episodes of 1,000 control steps, for each policy."""
+    """Episodes of 1,000 control steps per policy."""
     seed: Seed = 0
     """Seed of the episodes."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -125,21 +125,21 @@ class ParityData:
             ]
         table = [("quantity", "policy", peer.NAME, "pigbench", "KS statistic", "p"), *lines]
         print(markdown_grid(table))
-        print(f"\nMeans over {self.episodes} episodes each, whose means the test compares.")
+        print(f"\nMeans over {self.episodes} episodes each; the test compares the episodes' means.")
         _save(self.json, self, {"quantities": table})
 
 
 @dataclasses.dataclass(frozen=True)
 class ParityPolicy:
-    """Let a run's policy act both here and in the ogbench package, which must be installed.
+    """Let a run's policy act here and in the ogbench package, which must be installed.
 
-    Both episodes of a pair have the same start, the same goal, and the same random draws.
+    Both episodes of a pair have the same start, the same goal and the same random draws.
     """
 
     run_folder: tyro.conf.Positional[Path]
     """Folder of the run."""
     episodes: int = 60
-    """Pairs of episodes of each task."""
+    """Pairs of episodes per task."""
     seed: Seed = Evaluation.seed
     """Seed of the scenes and of the policy's random draws."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)

@@ -1,4 +1,4 @@
-"""`pigbench render` and `pigbench data render`: pictures and films, even without a screen."""
+"""`pigbench render` and `pigbench data render`: pictures and films, without a screen if need be."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from pigbench.training.restore import restore
 
 @dataclasses.dataclass(frozen=True)
 class Size:
-    """Size of pictures, in pixels."""
+    """Size of pictures in pixels."""
 
     width: int = 640
     height: int = 480
@@ -44,15 +44,15 @@ class Render:
     """
 
     source: tyro.conf.Positional[str]
-    """Environment (for a picture) or folder of a run (for a film)."""
+    """Environment (for a picture) or a run's folder (for a film)."""
     out: Path
     """File of the picture (.png) or the film (.mp4)."""
     task: int | None = None
     """Task, counted from 1; by default the first for a picture, and all for a film."""
     episodes: int = 1
-    """Episodes of each task in a film."""
+    """Episodes per task in a film."""
     checkpoint: str = "last"
-    """Which policy of a run: last, best, or that of a training step."""
+    """Policy of a run: last, best, or that of a training step."""
     seed: Seed = Evaluation.seed
     """Seed of the scene, or of the evaluation."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -143,7 +143,7 @@ class RenderData:
 
 
 def _film(path: Path, renderer: Renderer, shots: Sequence[Shot]) -> None:
-    """With the progress of drawing it."""
+    """Write the film, showing progress."""
     total = sum(len(shot.qpos) for shot in shots)
     with Progress("render", total=total, unit="pictures") as progress:
         films.write(path, renderer, shots, drawn=lambda: progress.advance(1))

@@ -1,4 +1,4 @@
-"""`pigbench table`, `plot` and `report`: what runs achieved, from their saved files alone."""
+"""`pigbench table`, `plot` and `report`: the results of runs, from their saved files alone."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -22,33 +22,33 @@ FlatScoring = Annotated[Scoring, tyro.conf.arg(name="")]  # --checkpoint, not --
 
 def _results(runs: tuple[Path, ...]) -> list[Result]:
     if not runs:
-        raise UserError("no runs are given: name the folder of one or more")
+        raise UserError("no runs are given: name the folders of one or more")
     return stats.read_results(read_run(run) for run in runs)
 
 
 def order() -> tuple[str, ...]:
-    """The order of names in tables and figures: as they are registered."""
+    """The order of names in tables and figures: that of registration."""
     return (*agents.names(), *envs.names())
 
 
 @dataclasses.dataclass(frozen=True)
 class Table:
-    """Print success rates in percent, each table with a caption that says what it shows.
+    """Print success rates in percent, as tables with captions that explain them.
 
-    A run gives one number; means, standard deviations and intervals are over seeds.
+    Each run gives one number; means, standard deviations and intervals are over seeds.
     """
 
     runs: Runs
     """Folders of runs."""
     show: tuple[str, ...] = ("methods", "tasks")
-    """Which tables: methods (by environments), tasks (by methods), aggregate (interquartile mean
-    over environments), improvement (how probably one method is better than another), milestones
-    (how far episodes came), thresholds (how near to their targets cubes end, beside the paper's
-    robot), noise (the same by noise of the cubes' estimates)."""
+    """Tables: methods (by environment), tasks (by method), aggregate (interquartile mean over
+    environments), improvement (probability that one method is better than another), milestones
+    (how far episodes got), thresholds (how near to their targets cubes end, beside the paper's
+    robot), noise (the same, by noise of the cubes' estimates)."""
     format: str = "markdown"
     """markdown, latex or csv."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
-    """How runs become numbers."""
+    """How a run is scored."""
 
     def run(self) -> None:
         """Print the tables."""
@@ -68,14 +68,14 @@ class Plot:
     """File of the picture; its extension (png, pdf, svg) chooses the format."""
     kind: str = "curves"
     """curves (over training steps), bars (by task), box (over environments), columns (curves by
-    what a hierarchy's low level sees), profile (shares of runs above each success rate) or
-    milestones (how far episodes came, from touching a cube to success)."""
+    the input of a hierarchy's low level), profile (shares of runs above each success rate) or
+    milestones (how far episodes got, from touching a cube to success)."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
-    """How runs become numbers, except for curves."""
+    """How a run is scored, except in curves."""
 
     def run(self) -> None:
         """Draw the picture."""
-        from pigbench.report import plots  # takes Matplotlib, and tables do without
+        from pigbench.report import plots  # imports Matplotlib, which tables do not need
 
         plots.plot(
             _results(self.runs), self.out, kind=self.kind, order=order(), scoring=self.scoring
@@ -85,25 +85,25 @@ class Plot:
 
 @dataclasses.dataclass(frozen=True)
 class Report:
-    """Make a page of runs or of a suite, however far they are: tables, interactive figures, films,
+    """Make a page of runs or of a suite, finished or not: tables, interactive figures, films,
     configurations, provenance and commands. It opens without a network.
     """
 
     runs: Runs
     """Folders of runs, or of suites."""
     out: Path = Path("report")
-    """Folder of the page, index.html, and of films, if runs have any."""
+    """Folder for the page, index.html, and for films, if runs have any."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
-    """How runs become numbers, except in curves."""
+    """How a run is scored, except in curves."""
 
     def run(self) -> None:
         """Make the page."""
-        print(f"{write_page(self.runs, self.out, self.scoring)} is made")
+        print(f"{write_page(self.runs, self.out, self.scoring)} is written")
 
 
 def write_page(folders: Sequence[Path], out: Path, scoring: Scoring | None = None) -> Path:
-    """The page's file, made. Raises UserError, too where a package is missing that it takes."""
-    place.require_own(out)  # before the work rather than after it
+    """Write the page and return its file. Raises UserError, e.g. if a package is missing."""
+    place.require_own(out)  # before the work, not after it
     required("bokeh", "jinja2", extra="report")
     from pigbench.page import page
 

@@ -1,4 +1,4 @@
-"""`pigbench bench scale` and `bench memory`: what more simulations and more cubes cost."""
+"""`pigbench bench scale` and `bench memory`: the cost of more simulations and more cubes."""
 
 import dataclasses
 import itertools
@@ -26,13 +26,13 @@ class Scale:
     """
 
     environment: tyro.conf.Positional[str] = "cube-double"
-    """Environment whose batches grow."""
+    """Environment to time in batches of many sizes."""
     simulations: tuple[int, ...] = (1, 4, 16, 64, 256, 1024, 4096)
     """Simulations at once."""
     environments: tuple[str, ...] = envs.names()
-    """Environments compared with each other."""
+    """Environments to compare with each other."""
     batch: int = 256
-    """Simulations at once when environments are compared."""
+    """Simulations at once when comparing environments."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     physics: str = "exact"
@@ -40,12 +40,12 @@ class Scale:
     turns: Turns = dataclasses.field(default_factory=lambda: Turns(turns=3, seconds=1.0))
     """How the batches take turns; a turn is at least one control step."""
     out: Path = Path("scaling.png")
-    """File of the picture."""
+    """File for the plot."""
     json: Path | None = None
     """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
-        """Measure, print a table and draw a picture."""
+        """Measure, print a table and draw a plot."""
         canvas.check_path(self.out)
         files.require_files(self.json)
         _check(*self.simulations, self.batch)
@@ -80,9 +80,9 @@ def _of(timings: Mapping[str, Timing], points: list[Point]) -> dict[Point, Timin
 
 @dataclasses.dataclass(frozen=True)
 class Memory:
-    """Tell how much of a device's memory one control step needs, from the compiled program itself.
+    """Show how much device memory one control step needs, from the compiled program itself.
 
-    Nothing is run, so programs for a larger card than this machine's can be measured too.
+    Nothing is run, so programs for a card larger than this machine's can be measured too.
     """
 
     environment: tyro.conf.Positional[str] = "cube-double"

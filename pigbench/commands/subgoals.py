@@ -1,4 +1,4 @@
-"""`pigbench subgoals`: how well a trained hierarchy chooses its subgoals, and reaches them."""
+"""`pigbench subgoals`: how well a trained hierarchy chooses and reaches its subgoals."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -21,9 +21,9 @@ from pigbench.training.restore import restore
 _PERCENTILES = 50, 90
 _CAPTION = (
     "Distances in mm between a simulation after K = {steps} control steps and the data then: "
-    "medians and 90th percentiles over stretches, by the contact mode that they begin in. The low "
-    "level's subgoal is at every step the data's state K steps after it, as in training, or it is "
-    "fixed where the stretch ends; both levels have that end as their goal."
+    "medians and 90th percentiles over stretches, by the contact mode in which they begin. The low "
+    "level's subgoal is either the data's state K steps after the current step, as in training, or "
+    "fixed at the stretch's end; both levels have that end as their goal."
 )
 _GRASP_CAPTION = (
     "Distances in mm in x and y from a subgoal's pinch point to the cube: medians and 90th "
@@ -34,11 +34,11 @@ _GRASP_CAPTION = (
 
 @dataclasses.dataclass(frozen=True)
 class SubgoalErrors:
-    """Ask a hierarchy for subgoals before grasps, and simulate it from states of a data set.
+    """Measure a hierarchy's subgoals before grasps, and simulate it from states of a data set.
 
-    Given a far goal, subgoals should lie at the cube that is grasped next in the data; the gripper
-    forgives about 20 mm. Simulations head for what the data reached K steps later. If the low level
-    comes nowhere near, even when given the data's own subgoals, the low level is what fails.
+    Given a distant goal, subgoals should be at the cube that is grasped next in the data; the
+    gripper tolerates about 20 mm. Simulations aim for the data's state K steps later. If the low
+    level gets nowhere near it even with the data's own subgoals, the low level is at fault.
     """
 
     run_folder: tyro.conf.Positional[Path]
@@ -50,7 +50,7 @@ class SubgoalErrors:
     samples: int = 500
     """Number of stretches to simulate, and of states before grasps."""
     seed: Seed = 0
-    """Seed of both, and of the policies' random draws."""
+    """Seed of both and of the policies' random draws."""
 
     def run(self) -> None:
         """Simulate and print the table."""
@@ -81,7 +81,7 @@ class SubgoalErrors:
             table += f"\n{grid}\n\n{_GRASP_CAPTION.format(steps=steps)}\n"
         print(table)
         files.write_text(out, table)
-        print(f"the table lies in {out}")
+        print(f"wrote the table to {out}")
 
 
 def _columns(what: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""`pigbench suite`: many trainings as one job."""
+"""`pigbench suite`: many training runs as one job."""
 
 import dataclasses
 import itertools
@@ -47,7 +47,7 @@ _FORMATS = {"markdown": "md", "latex": "tex", "csv": "csv"}
 class RunSuite:
     """Generate, train, evaluate, tabulate, plot and report everything that a suite file asks for.
 
-    If the command was cut off, run it again: what is finished is skipped, and what was cut off
+    If the command was interrupted, run it again: finished work is skipped, and interrupted work
     continues. A cell that fails does not stop the others.
     """
 
@@ -56,14 +56,14 @@ class RunSuite:
     out: Path
     """Folder of the suite's data, runs, logs, tables, figures and page."""
     jobs: int = os.cpu_count() or 1
-    """Training runs at once; if there are several, each gets one thread of the processor."""
+    """Training runs at once; if there are several, each gets one processor thread."""
     cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
-    """Where shards are simulated and cells trained."""
+    """Where shards are simulated and cells are trained."""
     dry_run: bool = False
-    """Only print the cells, and how long they will take by rates measured now."""
+    """Only print the cells and the time they will take, by rates measured now."""
 
     def run(self) -> None:
-        """Do what is not done yet."""
+        """Do the work that is not done yet."""
         if self.jobs < 1:
             raise UserError(f"jobs is {self.jobs}: it must be at least 1")
         suite = spec.read(self.file)
@@ -88,7 +88,10 @@ class RunSuite:
 
 
 def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
-    """The hyper-parameters of each method and variant; UserError for what no command would take."""
+    """The hyper-parameters of each method and variant.
+
+    Raises UserError for anything that the suite's commands would reject.
+    """
     for environment in suite.environments:
         lookup("environment", envs.SPECS, environment.name)
         for job in jobs.preparation(suite, environment, out):
@@ -100,7 +103,10 @@ def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
 
 
 def _require_compatible(out: Path, suite: Suite) -> None:
-    """A suite may grow along its axes, and train longer; what its cells have in common stays."""
+    """Raise UserError unless `suite` extends the one kept in the folder `out`.
+
+    A suite may grow along its axes and train longer; the settings its cells share must stay.
+    """
     kept = spec.read_kept(out / spec.KEPT)
     asked = {environment.name: environment.steps for environment in suite.environments}
     for environment in kept.environments:
@@ -134,7 +140,7 @@ def _settings(suite: Suite) -> dict[str, object]:
 
 
 def _generate(suite: Suite, out: Path, cluster: Cluster) -> list[tuple[str, int]]:
-    """Make the data sets that are missing, one after another: each takes all cores."""
+    """Make the missing data sets, one after another: each uses all cores."""
     todo = [
         _on(cluster, job)
         for environment in suite.environments
@@ -182,13 +188,13 @@ def _train(
 
         if cluster.ray is None or not todo:
             return _run(todo, out, workers=workers, report=tell)
-        with cluster.connected() as tasks:  # which has its own bounds
+        with cluster.connected() as tasks:  # the cluster limits how many run at once
             start = partial(RemoteProcess, tasks)
             return _run(todo, out, workers=len(todo), report=tell, start=start)
 
 
 def _try_in_noise(suite: Suite, out: Path, workers: int) -> list[tuple[str, int]]:
-    """Evaluate the cells that are done in the noise that they were not tried in yet."""
+    """Evaluate finished cells under the noise levels that they have not been evaluated with yet."""
     levels = set(suite.evaluation.noise)
     done = [one.cell for one in status(suite, out) if one.state == DONE]
     todo = [
@@ -217,7 +223,7 @@ def _run(
     report: Callable[[Sequence[str]], object],
     start: runner.Start | None = None,
 ) -> list[tuple[str, int]]:
-    """Run jobs of the suite in `out`; the names and exit statuses of those that failed."""
+    """Run jobs of the suite in `out`; returns names and exit statuses of those that failed."""
     ended = runner.run(
         todo,
         workers=workers,
@@ -251,8 +257,8 @@ def _print_plan(suite: Suite, out: Path, times: estimate.Estimate, workers: int)
     print(markdown_grid([("cell", "state", "time"), *lines]))
     data, cells = sum(times.data.values()), sum(times.cells.values())
     print(
-        f"\nabout {duration(data)} for data and {duration(cells)} for trainings one after another; "
-        f"{workers} at once shorten that by at most {workers} times"
+        f"\nabout {duration(data)} for data and {duration(cells)} for training, one run after "
+        f"another; {workers} at once shorten that by a factor of at most {workers}"
     )
 
 
@@ -265,7 +271,7 @@ def _explain(failed: Iterable[tuple[str, int]], out: Path) -> None:
 
 
 def _report(suite: Suite, out: Path) -> None:
-    """Tables and figures of the cells that are done."""
+    """Write tables and figures of the finished cells."""
     runs = [out / one.cell.name for one in status(suite, out) if one.state == DONE]
     if not runs:
         return
@@ -278,14 +284,14 @@ def _report(suite: Suite, out: Path) -> None:
     kinds = [kind for kind in plots.KINDS if fits.get(kind, True)]
     for kind, extension in itertools.product(kinds, ("png", "pdf")):
         plots.plot(results, out / f"{kind}.{extension}", kind=kind, order=order())
-    print(f"tables and figures lie in {out}")
+    print(f"wrote tables and figures to {out}")
 
 
 def _write_page(out: Path) -> None:
     try:
         print(f"{write_page([out], out / _PAGE)} shows them")
-    except (UserError, OSError) as error:  # the suite is whole without it
-        print(f"no page is made: {error}")
+    except (UserError, OSError) as error:  # the suite is complete without it
+        print(f"no page was written: {error}")
 
 
 def _has_low_levels(results: Iterable[Result]) -> bool:

@@ -1,4 +1,4 @@
-"""`pigbench suite status`: how far a suite is, told without a simulator."""
+"""`pigbench suite status`: the progress of a suite, read without a simulator."""
 
 import dataclasses
 from pathlib import Path
@@ -13,18 +13,18 @@ from pigbench.suite.status import status
 
 @dataclasses.dataclass(frozen=True)
 class SuiteStatus:
-    """Tell how far a running, interrupted or finished suite is."""
+    """Show the progress of a running, interrupted or finished suite."""
 
     out: tyro.conf.Positional[Path]
     """Folder of the suite."""
 
     def run(self) -> None:
-        """Print a line for each cell."""
+        """Print one line per cell."""
         print_status(spec.read_kept(self.out / spec.KEPT), self.out)
 
 
 def print_status(suite: Suite, out: Path) -> None:
-    """Print a line for each cell of the suite in the folder `out`."""
+    """Print one line per cell of the suite in the folder `out`."""
     lines = [
         (
             cell.name,

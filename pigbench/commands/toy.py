@@ -1,4 +1,4 @@
-"""`pigbench toy`: what regularisers do to a cost-to-go that is known in closed form."""
+"""`pigbench toy`: the effect of regularisers on a cost-to-go that is known in closed form."""
 
 import dataclasses
 from pathlib import Path
@@ -29,7 +29,7 @@ class Toy:
     example: str = "hybrid"
     """hybrid (an object that moves only when held) or anisotropy (speed depends on direction)."""
     seeds: int = 5
-    """Number of seeds, over which means and standard deviations are taken."""
+    """Number of seeds over which means and standard deviations are taken."""
     seed: Seed = 0
     """The first seed."""
     settings: Settings = dataclasses.field(default_factory=Settings)
@@ -66,4 +66,4 @@ class Toy:
                         canvas.save(picture, self.out / f"{name}.{extension}")
             settings = {k: v for k, v in dataclasses.asdict(self).items() if k != "out"}
             files.write_json(self.out / "toy.json", {"settings": settings} | surroundings())
-        print(f"table, figures and settings lie in {self.out}")
+        print(f"wrote the table, the figures and the settings to {self.out}")

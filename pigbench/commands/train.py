@@ -32,11 +32,11 @@ from pigbench.training.train import Schedule, train
 class Train:
     """Train one method, with one seed or several, and evaluate it as it learns.
 
-    The options of --agent are those of METHOD, with the defaults of the preset: see them with
+    The options of --agent are those of METHOD, with the preset's defaults: to see them, use
     `pigbench train METHOD --preset cpu --help`.
 
-    If the command was cut off, run it again: it continues from the last checkpoint and ends with
-    the same parameters. With more --steps, a run that has ended is trained further.
+    If the command was interrupted, run it again: it continues from the last checkpoint and ends
+    with the same parameters. With more --steps, a run that has ended is trained further.
     """
 
     method: tyro.conf.Positional[str]
@@ -48,31 +48,31 @@ class Train:
     agent: AgentConfig
     """The method's hyper-parameters, by default those of the preset."""
     goals: str | None = None
-    """What networks see of a goal: state, or cubes for the cubes' positions (as --agent.goals)."""
+    """Goals as networks see them: state, or cubes for the cubes' positions (as --agent.goals)."""
     preset: str = "paper"
     """Preset of hyper-parameters: paper, or cpu for networks that two cores can train."""
     variant: str = ""
-    """Name for these hyper-parameters, which tables and plots add to the method's name."""
+    """Name for these hyper-parameters; tables and plots add it to the method's name."""
     seed: Seed = 0
-    """Seed of initial parameters, batches and updates."""
+    """Seed of the initial parameters, batches and updates."""
     seeds: tuple[Seed, ...] = ()
-    """Several seeds instead of one, each a run in its own folder within --out."""
+    """Several seeds instead of one; each is a run in its own folder within --out."""
     vectorized: bool = False
     """Train the seeds together, in one program on all devices, rather than one after another."""
     data_parallel: bool = False
-    """Split each batch among the available devices."""
+    """Split each batch across the available devices."""
     steps: int = Schedule.steps
     """Number of updates."""
     log_every: int = Schedule.log_every
     """Number of updates between lines of metrics."""
     evaluate_every: int = Schedule.evaluate_every
-    """Number of updates between evaluations, each of which is followed by a checkpoint."""
+    """Number of updates between evaluations, each followed by a checkpoint."""
     keep: Keep = "last"
     """Checkpoints to keep: last (the last two), best (also that of the best evaluation), or all."""
     logger: tuple[str, ...] = ("tensorboard",)
-    """Where metrics and success rates go: tensorboard, wandb, trackio or your own (or several)."""
+    """Loggers of metrics and success rates: tensorboard, wandb, trackio or your own."""
     films: bool = False
-    """Film a success and a failure of each task at each evaluation, into films/ and the loggers."""
+    """Film a success and a failure of each task at each evaluation, for films/ and the loggers."""
     evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
     engine: str = dataclasses.field(default_factory=envs.default_engine)
@@ -87,11 +87,11 @@ class Train:
             raise UserError(f"seeds names one twice: {', '.join(map(str, self.seeds))}")
         for name in self.logger:
             trackers.get(name)
-        self._schedule()  # so that a suite refuses what is wrong with it before it begins
+        self._schedule()  # so that a suite rejects a bad schedule before it begins
 
     @classmethod
     def defaults(cls, arguments: Sequence[str]) -> "Train":
-        """The defaults of the chosen method and preset, which decide what fields there are."""
+        """The defaults of the chosen method and preset, which determine the available fields."""
         parser = argparse.ArgumentParser(add_help=False)
         parser.add_argument("--preset", default=cls.preset)
         preset = parser.parse_known_args(arguments)[0].preset
@@ -106,7 +106,7 @@ class Train:
         )
 
     def run(self) -> None:
-        """Train to the end, or go on where an earlier run was cut off."""
+        """Train to the end, continuing an earlier run that was interrupted."""
         if self.films:
             opengl.choose()
         groups = self._groups()
@@ -160,12 +160,12 @@ class Train:
         return Schedule(self.steps, self.log_every, self.evaluate_every)
 
     def _groups(self) -> list[dict[Path, int]]:
-        """Folders and seeds of the runs, those together that are trained together."""
+        """Folders and seeds of the runs, grouped by what is trained together."""
         runs = {self.out / str(seed): seed for seed in self.seeds} or {self.out: self.seed}
         return [runs] if self.vectorized else [{folder: seed} for folder, seed in runs.items()]
 
     def config(self, data: Dataset, seed: int) -> RunConfig:
-        """What identifies the run of a seed on a data set."""
+        """The configuration that identifies the run of a seed on a data set."""
         return RunConfig(
             method=self.method,
             preset=self.preset,

@@ -63,7 +63,7 @@ def test_a_generated_data_set_is_whole(data, capsys):
     cli.run(["data", "verify", str(data)])
     cli.run(["data", "info", str(data)])
     out = capsys.readouterr().out
-    assert "is whole" in out
+    assert "is intact" in out
     assert "93 rows, 3 of 3 episodes" in out
 
 

@@ -31,7 +31,7 @@ def test_the_page_follows_the_choice_of_checkpoint(run, tmp_path, capsys):
     for checkpoint, rate in {"last": "50.0", "best": "100.0"}.items():
         out = tmp_path / checkpoint
         cli.run(["report", str(run), "--out", str(out), "--checkpoint", checkpoint])
-        assert capsys.readouterr().out == f"{out}/index.html is made\n"
+        assert capsys.readouterr().out == f"{out}/index.html is written\n"
         page = (out / "index.html").read_text()
         headline = page[page.index('<section id="success">') :].partition("</section>")[0]
         assert re.findall(r"\d+\.0(?=</)", headline) == [rate]
@@ -46,7 +46,7 @@ def test_without_its_packages_it_says_so_in_one_line(run, tmp_path, no_bokeh):
 
 def test_a_suite_ends_well_without_them(tmp_path, capsys, no_bokeh):
     suite_command._write_page(tmp_path)
-    assert capsys.readouterr().out.startswith("no page is made: this needs the package bokeh")
+    assert capsys.readouterr().out.startswith("no page was written: this needs the package bokeh")
 
 
 def test_what_is_wrong_is_one_line(tmp_path):

@@ -154,7 +154,7 @@ def test_a_dry_run_does_nothing_but_tell(file, tmp_path, capsys):
     cli.run(["suite", str(file), "--out", str(tmp_path / "new"), "--dry-run", "--jobs", "3"])
     told = capsys.readouterr().out
     assert all(f"cube-single/{cell}" in told for cell in CELLS)
-    assert "3 at once shorten that by at most 3 times" in told
+    assert "3 at once shorten that by a factor of at most 3" in told
     assert not (tmp_path / "new").exists()
 
 
