@@ -1,1 +1,1 @@
-"""Offline data sets: their format, how they are collected, and batches drawn from them."""
+"""Offline data sets: their format, their collection, and the batches drawn from them."""

@@ -1,4 +1,4 @@
-"""Generating an offline data set: a scripted policy in many simulations at once, shard by shard."""
+"""Generation of an offline data set: a scripted policy in many simulations, shard by shard."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -23,35 +23,35 @@ from pigbench.support.progress import Progress
 COMPACT = ("observations", "actions", "terminals")
 """The fields that methods train on."""
 FIELDS = (*COMPACT, "qpos", "qvel")
-_LIVE = "live"  # of a row: it belongs to the episode
-_LONGEST_CHUNK = 100  # control steps between two reports of progress
+_LIVE = "live"  # field: whether a row belongs to the episode
+_LONGEST_CHUNK = 100  # control steps between two progress reports
 
 
 class Episodes(NamedTuple):
-    """The episodes of a shard: those that did not diverge."""
+    """The episodes of a shard that did not diverge."""
 
-    arrays: dict[str, np.ndarray]  # by field: rows, one episode after the other
+    arrays: dict[str, np.ndarray]  # rows by field, one episode after another
     dropped: int
 
 
 Simulator = Callable[[Shard, Callable[[int], object]], Episodes]
-"""Simulates a shard; the other argument is told how many control steps are done, piece by piece."""
+"""Simulates a shard; calls its second argument with the number of further control steps done."""
 
 Tell = Callable[[Shard, int], object]
-"""Told of a shard, and how many further control steps of it are done."""
+"""Called with a shard and the number of its further control steps that are done."""
 
 Source = Callable[[Sequence[Shard], Tell], Iterator[tuple[Shard, Episodes]]]
-"""Simulates shards, and gives them in any order."""
+"""Simulates shards and yields them in any order."""
 
 
 class Simulation(NamedTuple):
-    """One episode under way. A vacant one fills up the last shard's batch and is never stepped."""
+    """One episode in progress. A vacant one pads the last shard's batch and is never stepped."""
 
     key: jax.Array
     world: World
     policy: Any
     vacant: jax.Array  # () bool
-    over: jax.Array  # () bool: the policy ended the episode in an earlier row
+    over: jax.Array  # () bool: whether the policy ended the episode in an earlier row
 
 
 def write_missing(
@@ -59,7 +59,7 @@ def write_missing(
 ) -> None:
     """Write every shard that the data set still lacks, simulated by `source`.
 
-    Raises UserError when the disk has no room for them.
+    Raises UserError if the disk has no room for them.
     """
     missing = writer.missing()
     most = most_rows(policy, spec.rows_per_episode)
@@ -79,7 +79,7 @@ def write_missing(
 
 
 def here(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Source:
-    """Shards one after another, each on all cores of this machine."""
+    """Simulate shards one after another, each on all cores of this machine."""
     simulate = simulator(env, policy, spec)
 
     def simulated(shards: Sequence[Shard], tell: Tell) -> Iterator[tuple[Shard, Episodes]]:
@@ -90,9 +90,9 @@ def here(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Source:
 
 
 def simulator(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Simulator:
-    """Simulates shards of `spec`.
+    """A simulator of the shards of `spec`.
 
-    A shard's episodes depend on the seed, the shard's number and their place in it alone; those
+    A shard's episodes depend only on the seed, the shard's number and their place in it; those
     whose simulation diverged are dropped and counted.
     """
     simulations_at_once = spec.episodes_per_shard
@@ -122,19 +122,19 @@ def simulator(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Simulator:
 
 
 def most_rows(policy: Policy | type[Policy], rows: int) -> int:
-    """Rows of an episode: the policy's own, where it ends them, or those that are asked for."""
+    """The most rows of an episode: the policy's own limit if it has one, else `rows`."""
     return policy.episode_rows or rows
 
 
 def require_room(env: "envs.CubeEnv", fields: Iterable[str], rows: int, folder: Path) -> None:
-    """Raises UserError unless the disk of `folder` has room for so many rows."""
+    """Raise UserError unless the disk of `folder` has room for so many rows."""
     shapes = row_shapes(env)
     row = sum(math.prod(shapes[field]) * DTYPES[field].itemsize for field in fields)
     files.require_room(folder, rows * row)
 
 
 def row_shapes(env: "envs.CubeEnv") -> dict[str, tuple[int, ...]]:
-    """The shape of a row of each field."""
+    """The shape of one row of each field."""
     return {
         "observations": (env.observation_size,),
         "actions": (env.action_size,),
@@ -145,12 +145,12 @@ def row_shapes(env: "envs.CubeEnv") -> dict[str, tuple[int, ...]]:
 
 
 def _chunk(rows: int) -> int:
-    """The longest stretch of steps, within reason, that divides an episode."""
+    """The largest number of steps, up to `_LONGEST_CHUNK`, that divides an episode."""
     return max(steps for steps in range(1, _LONGEST_CHUNK + 1) if rows % steps == 0)
 
 
 def begin(env: "envs.CubeEnv", policy: Policy, key: jax.Array, vacant: jax.Array) -> Simulation:
-    """An episode at its start: a random scene, and the policy's first plan for it."""
+    """An episode at its start: a random scene and the policy's first plan for it."""
     scene_key, policy_key, key = jax.random.split(key, 3)
     world = env.begin(scene_key, env.random_scene(scene_key))
     memory = policy.reset(policy_key, env.perceive(world))
@@ -160,7 +160,7 @@ def begin(env: "envs.CubeEnv", policy: Policy, key: jax.Array, vacant: jax.Array
 def run(
     env: "envs.CubeEnv", policy: Policy, simulations: Simulation, *, steps: int
 ) -> tuple[Simulation, dict[str, jax.Array]]:
-    """Advance a batch of simulations; also the rows, by field, (steps, batch, ...)."""
+    """Advance a batch of simulations; also returns the rows by field, (steps, batch, ...)."""
     one = partial(step, env, policy)
     return jax.lax.scan(lambda batch, _: jax.vmap(one)(batch), simulations, length=steps)
 
@@ -168,7 +168,7 @@ def run(
 def step(
     env: "envs.CubeEnv", policy: Policy, simulation: Simulation
 ) -> tuple[Simulation, dict[str, jax.Array]]:
-    """One control step; also the row of the state and action that it began with, by field."""
+    """Do one control step; also returns the row, by field, of the state and action before it."""
     key, act_key, advance_key = jax.random.split(simulation.key, 3)
     world, memory, over = simulation.world, simulation.policy, simulation.over
     seen = env.perceive(world)
@@ -187,7 +187,7 @@ def step(
 
 
 def _episodes(chunks: list[dict[str, np.ndarray]], kept: np.ndarray) -> dict[str, np.ndarray]:
-    """The live rows of the kept episodes, one episode after the other."""
+    """The live rows of the kept episodes, one episode after another."""
 
     def by_episode(field: str) -> np.ndarray:
         by_step = np.concatenate([chunk[field] for chunk in chunks])[:, kept]

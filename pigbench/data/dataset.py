@@ -26,37 +26,37 @@ class Split:
 
     @property
     def rows(self) -> int:
-        """How many rows all shards have together."""
+        """The number of rows of all shards together."""
         return sum(record.rows for record in self.records)
 
     @property
     def episode_ends(self) -> np.ndarray:
-        """Each episode's last row, (episodes,); no file is read where all are equally long."""
+        """Each episode's last row, (episodes,); reads no file if all episodes are equally long."""
         length = self.spec.rows_per_episode
         if not length:
             return np.flatnonzero(self.concatenate("terminals"))
         return np.arange(length, self.rows + 1, length) - 1
 
     def shards(self, field: str) -> list[np.ndarray]:
-        """The field of each shard, mapped from the disk and read-only."""
+        """The field of each shard, memory-mapped and read-only."""
         lookup("field", dict.fromkeys(self.spec.fields), field)
         files.allow_many_open()  # Python keeps a file open for each mapping
         return [shard.read(self.folder, record, field) for record in self.records]
 
     def mapped(self, field: str) -> MappedArray:
-        """The field of all shards, (rows, ...), of which only the rows asked for are read."""
+        """The field of all shards, (rows, ...), of which only the requested rows are read."""
         paths = [self.folder / record.name / shard.file_name(field) for record in self.records]
         return MappedArray(self.shards(field), paths)
 
     def shard_episodes(self, record: ShardRecord, *fields: str) -> Iterator[dict[str, np.ndarray]]:
-        """The fields of each episode of a shard of the split, mapped from the disk."""
+        """Yield the fields of each episode of a shard of the split, memory-mapped."""
         arrays = {field: shard.read(self.folder, record, field) for field in fields}
         ends = np.flatnonzero(shard.read(self.folder, record, "terminals")) + 1
         for start, stop in itertools.pairwise([0, *ends]):
             yield {field: array[start:stop] for field, array in arrays.items()}
 
     def concatenate(self, field: str) -> np.ndarray:
-        """The field of all shards in memory: (rows, ...). Raises UserError when it holds NaN."""
+        """The field of all shards in memory, (rows, ...). Raises UserError if it contains NaN."""
         arrays = self.shards(field)
         for record, array in zip(self.records, arrays, strict=True):
             problem = shard.field_problem(self.spec, field, array, rows=record.rows)
@@ -75,21 +75,21 @@ class Dataset:
 
     @property
     def spec(self) -> Spec:
-        """What identifies the data."""
+        """The specification that identifies the data."""
         return self.manifest.spec
 
     @property
     def layout(self) -> dict[str, slice]:
-        """The slice of an observation that each of its terms takes, in order."""
+        """The slice of an observation for each of its terms, in order."""
         return slices(self.spec.layout)
 
     @property
     def digest(self) -> str:
-        """The SHA-256 of the manifest, and so of all the data."""
+        """The SHA-256 of the manifest, and thus of all the data."""
         return files.sha256(self.folder / manifest.FILE_NAME)
 
     def split(self, name: str) -> Split:
-        """The split `name`. Raises UserError when there is none, or nothing in it."""
+        """The split `name`. Raises UserError if it does not exist or is empty."""
         lookup("split", self.spec.episodes, name)
         records = tuple(record for record in self.manifest.shards if record.split == name)
         if not any(record.rows for record in records):
@@ -98,10 +98,10 @@ class Dataset:
 
 
 def load(folder: Path) -> Dataset:
-    """Opens the data set in `folder`.
+    """Open the data set in `folder`.
 
-    Raises UserError when there is none, when it is unfinished, or when a file is missing or of the
-    wrong size. `verify` checks the content too.
+    Raises UserError if there is none, if it is unfinished, or if a file is missing or of the wrong
+    size. `verify` checks the content too.
     """
     content = manifest.read(folder)
     missing = content.missing()
@@ -117,9 +117,9 @@ def load(folder: Path) -> Dataset:
 
 
 def verify(folder: Path) -> list[str]:
-    """Reads every byte of the data set in `folder`; one line for each thing wrong, with its file.
+    """Read every byte of the data set in `folder`; returns one line per problem, with its file.
 
-    Raises UserError when there is no readable manifest.
+    Raises UserError if there is no readable manifest.
     """
     content = manifest.read(folder)
     unfinished = [f"{folder / part.name} is missing" for part in content.missing()]
@@ -130,7 +130,7 @@ def verify(folder: Path) -> list[str]:
 
 
 def check_layout(dataset: Dataset, layout: Mapping[str, slice]) -> None:
-    """Raises UserError unless the observations have the environment's `layout`."""
+    """Raise UserError unless the observations have the environment's `layout`."""
     pairs = itertools.zip_longest(dataset.spec.layout, sizes(layout))
     for number, (stored, expected) in enumerate(pairs):
         if stored != expected:

@@ -1,9 +1,9 @@
-"""What a data set and its rows are unless asked otherwise: known without JAX."""
+"""Defaults of data sets and their rows, without importing JAX."""
 
 from typing import Literal
 
 EPISODE_ROWS = 1001
-"""Rows of an episode, OGBench's number: one transition fewer."""
+"""Rows of an episode, as in OGBench: one more than its transitions."""
 
 HomeChoice = Literal["auto", "device", "disk"]
-"""Where rows live while methods train; "auto" is the device where they leave it room to work."""
+"""Where rows are during training; "auto" is the device if they leave it enough memory to work."""

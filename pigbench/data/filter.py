@@ -1,4 +1,4 @@
-"""A data set of another's good episodes, with a report of what was left out and why."""
+"""A data set of the good episodes of another, with a report of what was left out and why."""
 
 import dataclasses
 import itertools
@@ -20,11 +20,11 @@ from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 
 REPORT = "filter.json"
-"""The file beside the manifest that tells of every episode that was left out."""
+"""The file beside the manifest that lists every episode that was left out."""
 
 
 class Judged(NamedTuple):
-    """An episode: rows of a split's shard, what was measured of it, and what criteria it fails."""
+    """An episode: rows of a split's shard, their measures, and the criteria that it fails."""
 
     split: str
     shard: int
@@ -35,14 +35,14 @@ class Judged(NamedTuple):
 
     @property
     def rows(self) -> int:
-        """How many rows it has."""
+        """The episode's number of rows."""
         return self.stop - self.start
 
 
 def judge(dataset: Dataset, criteria: Collection[str], limits: Limits) -> list[Judged]:
-    """Every episode of the data set by the named criteria.
+    """Judge every episode of the data set by the named criteria.
 
-    Raises UserError for an unknown name, or a data set whose episodes cannot be judged.
+    Raises UserError for an unknown name or a data set whose episodes cannot be judged.
     """
     for name in criteria:
         lookup("criterion", CRITERIA, name)
@@ -71,9 +71,9 @@ def write(
     criteria: Collection[str],
     limits: Limits,
 ) -> None:
-    """Writes the episodes that fail nothing, in their order, or what of them is missing.
+    """Write the episodes that fail no criterion, in order; shards already written are kept.
 
-    Raises UserError if none is left of the training split.
+    Raises UserError if no episode of the training split is left.
     """
     kept = [one for one in judged if not one.fails]
     if not any(one.split == "train" for one in kept):
@@ -98,7 +98,7 @@ def write(
 def table(
     judged: Collection[Judged], criteria: Collection[str], limits: Limits
 ) -> list[tuple[str, ...]]:
-    """What each criterion leaves out: lines of cells, the header first."""
+    """What each criterion leaves out, as lines of cells, header first."""
 
     def line(name: str) -> tuple[str, ...]:
         failing = [one for one in judged if name in one.fails]
@@ -111,7 +111,7 @@ def table(
 
 
 def summary(judged: Collection[Judged]) -> str:
-    """What is left."""
+    """A line that says what is kept."""
     total, kept = sum(one.rows for one in judged), [one for one in judged if not one.fails]
     rows = sum(one.rows for one in kept)
     return (
@@ -123,7 +123,7 @@ def summary(judged: Collection[Judged]) -> str:
 def write_report(
     folder: Path, dataset: Dataset, judged: Collection[Judged], limits: Limits
 ) -> None:
-    """Writes the measures of every episode that was left out beside the manifest."""
+    """Write the measures of every episode that was left out to a file beside the manifest."""
     content = {
         "of": dataset.digest,
         "limits": dataclasses.asdict(limits),
@@ -152,7 +152,7 @@ def _judge(
     criteria: Collection[str],
     limits: Limits,
 ) -> Iterator[Judged]:
-    """The episodes of one shard."""
+    """Judge the episodes of one shard."""
     observations = split.shards("observations")[number]
     ends = np.flatnonzero(split.shards("terminals")[number]) + 1
     for start, stop in itertools.pairwise([0, *map(int, ends)]):
@@ -166,7 +166,7 @@ def _judge(
 def _spec(
     dataset: Dataset, parts: Mapping[tuple[str, int], Collection[Judged]], filtered: str
 ) -> Spec:
-    """That of the source, but for the number of episodes, and with what tells where it is from."""
+    """The source's specification, except for the numbers of episodes, and with its origin."""
     counts = {
         split: tuple(len(episodes) for (own, _), episodes in sorted(parts.items()) if own == split)
         for split in dataset.spec.episodes
@@ -188,7 +188,7 @@ def _planned(spec: Spec) -> list[Shard]:
 
 
 def _ordered(parts: Mapping[tuple[str, int], list[Judged]]) -> list[list[Judged]]:
-    """As the shards of a plan: by split, by number."""
+    """The parts in the order of a plan's shards: by split, then by number."""
     return [episodes for _, episodes in sorted(parts.items())]
 
 

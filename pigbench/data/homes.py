@@ -1,4 +1,4 @@
-"""Where a data set's rows live while methods train on it: on the device, or still on the disk."""
+"""Where a data set's rows are during training: on the device, or still on disk."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -16,7 +16,7 @@ _GB = 1e9
 
 
 class Home(NamedTuple):
-    """A choice, and why it was made."""
+    """A choice and the reason for it."""
 
     name: str
     reason: str
@@ -26,7 +26,7 @@ class Home(NamedTuple):
 
 
 def choose(asked: HomeChoice, split: Split) -> Home:
-    """The home that is asked for, or that the size of a split suggests."""
+    """The home that was asked for, or the one that suits the split's size."""
     if asked != "auto":
         return Home(asked, "as asked")
     need, room = size(split), _room()
@@ -38,20 +38,20 @@ def choose(asked: HomeChoice, split: Split) -> Home:
 
 
 def open_rows(split: Split, home: Home) -> Rows:
-    """All rows of a split, in their home."""
+    """Open all rows of a split in their home."""
     return _HOMES[home.name](split)
 
 
 def size(split: Split) -> int:
-    """Bytes of a split's rows in memory."""
+    """Bytes that a split's rows take in memory."""
     numbers = split.spec.observation_size + split.spec.action_size
     return split.rows * numbers * shard.DTYPES["observations"].itemsize
 
 
 def _room() -> int:
-    """Bytes that rows may take: half of the device's memory, of a host's a quarter."""
+    """Bytes that rows may take: half of a device's memory, or a quarter of a host's."""
     statistics = jax.devices()[0].memory_stats()
     if statistics is not None and "bytes_limit" in statistics:
         return statistics["bytes_limit"] // 2
-    # They are there twice while they are read.
+    # Rows are in memory twice while they are read.
     return memory.physical() // 4

@@ -1,7 +1,7 @@
 """Data sets on the Hugging Face hub: a repository holds the very files of a data set's folder.
 
-The hub's own library does the work, and heeds its own variables (`HF_TOKEN`, `HF_ENDPOINT`). What
-it was cut off in, it goes on with: files that are there already are not sent again.
+The hub's own library does the work and reads its own variables (`HF_TOKEN`, `HF_ENDPOINT`). It
+resumes interrupted transfers: files that are already there are not sent again.
 """
 
 import contextlib
@@ -17,13 +17,13 @@ from pigbench.support.extras import required
 from pigbench.support.lock import only_writer
 
 _KIND = "dataset"
-_STATE = ".cache"  # where the library notes, beside the files, what it has fetched
+_STATE = ".cache"  # folder beside the files in which the library records what it has fetched
 
 
 def push(data: Dataset, repository: str, *, private: bool = False) -> str:
-    """Puts the files of a data set, and its card, into a repository, made if need be; its address.
+    """Upload a data set and its card to a repository, created if need be; returns its address.
 
-    Raises UserError when the hub does not take them.
+    Raises UserError if the hub rejects them.
     """
     own = [f"{record.name}/{name}" for record in data.manifest.shards for name in record.files]
     with _explaining(f"{repository} cannot be pushed to") as hub:
@@ -40,10 +40,10 @@ def push(data: Dataset, repository: str, *, private: bool = False) -> str:
 
 
 def pull(repository: str, folder: Path, *, revision: str | None = None) -> Dataset:
-    """The data set of a repository, fetched into `folder` and verified to the last byte.
+    """Fetch the data set of a repository into `folder`, and verify every byte.
 
-    Raises UserError when there is none, when the folder holds something else, or a file differs
-    from what the manifest says.
+    Raises UserError if there is none, if the folder contains something else, or if a file differs
+    from the manifest.
     """
     if not (folder / _STATE).exists():
         files.require_new_folder(folder)
@@ -54,17 +54,17 @@ def pull(repository: str, folder: Path, *, revision: str | None = None) -> Datas
             api.snapshot_download(repository, repo_type=_KIND, revision=revision, local_dir=folder)
     problems = dataset.verify(folder)
     if problems:
-        raise UserError(f"{repository} holds no whole data set: {problems[0]}")
+        raise UserError(f"{repository} has no complete data set: {problems[0]}")
     return dataset.load(folder)
 
 
 @contextlib.contextmanager
 def _explaining(complaint: str) -> Iterator[Any]:
-    """The hub's library, whose errors become a user's."""
+    """The hub's library; its errors become UserError."""
     hub, errors = required("huggingface_hub", "huggingface_hub.errors", extra="share")
     try:
         yield hub
-    # The first is the web client's own: what it says where there is no connection, for example.
+    # The first is the web client's own, raised without a connection, for example.
     except (errors.HTTPError, errors.HFValidationError, OSError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise UserError(f"{complaint}: {reason}") from None

@@ -1,12 +1,12 @@
-"""LeRobot's format of data sets, version 3: parquet and JSON, written with pyarrow alone.
+"""LeRobot's data set format, version 3: Parquet and JSON, written with pyarrow alone.
 
-data/chunk-000/file-000.parquet           frames, a row group per episode; here a file per shard
-meta/info.json                            sizes, splits, and what a frame has
-meta/stats.json                           least, greatest, mean and deviation of each
-meta/tasks.parquet                        the tasks' texts: here one, since play has none
-meta/episodes/chunk-000/file-000.parquet  where each episode lies, and its own statistics
+data/chunk-000/file-000.parquet           frames, one row group per episode; here one file per shard
+meta/info.json                            sizes, splits, and the features of a frame
+meta/stats.json                           minimum, maximum, mean and deviation of each feature
+meta/tasks.parquet                        the tasks' texts: here only one, since play has no tasks
+meta/episodes/chunk-000/file-000.parquet  each episode's location and its own statistics
 
-An observation is `observation.state`, as a whole; a frame is a row of ours.
+A whole observation is stored as `observation.state`; a frame is one of our rows.
 """
 
 import itertools
@@ -25,7 +25,7 @@ from pigbench.support.extras import required
 from pigbench.support.progress import Progress
 
 VERSION = "v3.0"
-CHUNK_SIZE = 1000  # files in a folder
+CHUNK_SIZE = 1000  # files per folder
 DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 EPISODES_PATH = "meta/episodes/chunk-000/file-000.parquet"
 TASKS_PATH = "meta/tasks.parquet"
@@ -38,9 +38,9 @@ Statistics = Mapping[str, Mapping[str, list[Any]]]  # by column, then by name
 
 
 def write(dataset: Dataset, path: Path) -> list[Path]:
-    """Writes the data set into the new folder `path`, whole or not at all, and returns that.
+    """Write the data set to the new folder `path`, completely or not at all, and return `[path]`.
 
-    Raises UserError when something is there already, or pyarrow is not installed.
+    Raises UserError if `path` already exists or pyarrow is not installed.
     """
     pa, pq = required("pyarrow", "pyarrow.parquet", extra="share")
     files.require_new_folder(path)
@@ -85,7 +85,7 @@ def _path(folder: Path, name: str) -> Path:
 
 
 def _columns(episode: Columns, *, number: int, first: int) -> Columns:
-    """The columns of an episode of that number, whose first frame is the `first` of all."""
+    """The columns of episode `number`, whose first frame has the index `first` overall."""
     frames = np.arange(len(episode["actions"]))
     return {
         "observation.state": np.asarray(episode["observations"]),
@@ -99,7 +99,7 @@ def _columns(episode: Columns, *, number: int, first: int) -> Columns:
 
 
 def _features(dataset: Dataset) -> dict[str, dict[str, Any]]:
-    """What a frame has, as `info.json` tells it."""
+    """The features of a frame, as listed in `info.json`."""
     terms = [
         f"{name}_{number}" if size > 1 else name
         for name, size in dataset.spec.layout
@@ -118,7 +118,7 @@ def _features(dataset: Dataset) -> dict[str, dict[str, Any]]:
 
 
 def _schema(pa: Any, dataset: Dataset) -> Any:
-    """The types of the columns: lists of a fixed size, where there is more than one number."""
+    """The types of the columns: fixed-size lists where there is more than one number."""
     kinds = {"float32": pa.float32(), "int64": pa.int64()}
     return pa.schema(
         {
@@ -141,7 +141,7 @@ def _table(pa: Any, columns: Columns, schema: Any) -> Any:
 
 
 def _record(columns: Columns, where: Mapping[str, int], task: str) -> dict[str, Any]:
-    """What `meta/episodes` tells of an episode."""
+    """An episode's entry in `meta/episodes`."""
     index = columns["index"]
     return {
         "episode_index": int(columns["episode_index"][0]),
@@ -170,7 +170,7 @@ def _statistics(values: np.ndarray) -> dict[str, list[Any]]:
 
 
 def _pooled(several: Sequence[Statistics]) -> dict[str, dict[str, list[Any]]]:
-    """The statistics of all frames, from those of the episodes."""
+    """Statistics of all frames, computed from those of the episodes."""
 
     def pool(name: str) -> dict[str, list[Any]]:
         of = {key: np.array([one[name][key] for one in several]) for key in several[0][name]}
@@ -199,7 +199,7 @@ def _flat(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _tasks(pa: Any, task: str) -> Any:
-    """The table of tasks, which readers look up by its text: pandas's index."""
+    """The table of tasks, with their texts as pandas's index, by which readers look them up."""
     columns = [("task_index", "int64", "int64"), ("task", "unicode", "object")]
     pandas = {
         "index_columns": ["task"],

@@ -1,9 +1,9 @@
-"""What a data set says about itself: its specification and one record for each finished shard.
+"""A data set's description of itself: its specification and one record per finished shard.
 
-The manifest is the file `manifest.json` of a data set's folder. It holds no time stamps, and its
-shards are in the order of the plan whatever order they were written in: same data, same bytes.
-While a data set is being written, `shards.jsonl` beside it tells of further finished shards, a line
-each: a manifest written anew for every shard would cost the square of their number.
+The manifest is the file `manifest.json` in a data set's folder. It has no timestamps, and its
+shards are in the order of the plan, whatever order they were written in: same data, same bytes.
+While a data set is being written, `shards.jsonl` beside it lists further finished shards, one per
+line: rewriting the manifest for every shard would cost the square of their number.
 """
 
 import dataclasses
@@ -35,23 +35,24 @@ class Shard(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Spec:
-    """All that identifies a data set before it exists.
+    """Everything that identifies a data set before it exists.
 
     Attributes:
         environment: the environment's name.
-        policy: the name of the policy that collects.
+        policy: the name of the collecting policy.
         physics: the physics profile, `exact` or `fast`.
         engine: the physics engine.
-        seed: the seed that every random key is derived from.
-        episodes: how many episodes to simulate for each split, those that diverge included.
-        episodes_per_shard: how many of them share one shard; of each shard by split, if unequal.
-        rows_per_episode: the rows of an episode, its last state included; 0 if they differ.
-        fields: names of the stored fields, of those in `pigbench.data.shard.DTYPES`.
+        seed: the seed from which every random key is derived.
+        episodes: the number of episodes to simulate for each split, including those that diverge.
+        episodes_per_shard: the number of episodes per shard; if unequal, a number for each shard by
+            split.
+        rows_per_episode: the rows of an episode, including its last state; 0 if they differ.
+        fields: names of the stored fields, from `pigbench.data.shard.DTYPES`.
         layout: (name, size) of each term of an observation, in order.
-        action_size: how many numbers an action has.
-        versions: the versions of the packages that the numbers depend on.
-        settings: what else they depend on, as `pigbench.settings.in_force` tells it; none of
-            imported data, and of data from before it was kept.
+        action_size: the size of an action.
+        versions: versions of the packages that the numbers depend on.
+        settings: other settings that they depend on, from `pigbench.settings.in_force`; empty for
+            imported data, and for data from before settings were recorded.
     """
 
     environment: str
@@ -70,11 +71,11 @@ class Spec:
 
     @property
     def observation_size(self) -> int:
-        """How many numbers an observation has."""
+        """The size of an observation."""
         return sum(size for _, size in self.layout)
 
     def as_json(self) -> str:
-        """What `spec_of` makes the same of."""
+        """The specification as JSON, the inverse of `spec_of`."""
         return json.dumps(dataclasses.asdict(self))
 
     def plan(self) -> tuple[Shard, ...]:
@@ -98,20 +99,20 @@ class Spec:
 
 @dataclasses.dataclass(frozen=True)
 class FileRecord:
-    """What identifies the content of a file."""
+    """The hash and size that identify a file's content."""
 
     sha256: str
     bytes: int
 
     @classmethod
     def of(cls, path: Path) -> "FileRecord":
-        """The record of the file `path` as it is now."""
+        """The record of the file `path` in its current state."""
         return cls(sha256=files.sha256(path), bytes=path.stat().st_size)
 
 
 @dataclasses.dataclass(frozen=True)
 class ShardRecord:
-    """A finished shard: what it holds, and each of its files by name."""
+    """A finished shard: its contents, and its files by name."""
 
     name: str
     split: str
@@ -143,21 +144,21 @@ class Manifest:
 
 
 def write(folder: Path, manifest: Manifest) -> None:
-    """Replaces the manifest of the data set in `folder`, and what else tells of its shards."""
+    """Replace the manifest of the data set in `folder`, and remove the journal."""
     content = {"format": FORMAT, **dataclasses.asdict(manifest)}
     files.write_json(folder / FILE_NAME, files.sealed(content))
     (folder / JOURNAL).unlink(missing_ok=True)
 
 
 def add(folder: Path, record: ShardRecord) -> None:
-    """Adds a finished shard to the data set in `folder`, at a cost that is always the same."""
+    """Add a finished shard to the data set in `folder`, at constant cost."""
     files.append_line(folder / JOURNAL, json.dumps(files.sealed(dataclasses.asdict(record))))
 
 
 def read(folder: Path) -> Manifest:
     """The manifest of the data set in `folder`.
 
-    Raises UserError when there is none, when it is torn, or when its format is not this one.
+    Raises UserError if there is none, if it is torn, or if its format is not this version's.
     """
     path = folder / FILE_NAME
     if not folder.is_dir():
@@ -185,7 +186,7 @@ def spec_of(content: str) -> Spec:
 
 
 def describe(manifest: Manifest) -> str:
-    """A readable summary of the data set, a few lines of text."""
+    """A readable summary of the data set in a few lines."""
     spec, shards = manifest.spec, manifest.shards
     stops = itertools.accumulate(size for _, size in spec.layout)
     lines = {
@@ -215,7 +216,7 @@ def describe(manifest: Manifest) -> str:
 
 
 def _journal(folder: Path) -> list[Mapping[str, Any]]:
-    """What was added; a line that a crash cut off, the last one, is left out."""
+    """The added records; a last line that a crash cut off is left out."""
     path = folder / JOURNAL
     text = files.read_text(path) if path.exists() else ""
     lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]

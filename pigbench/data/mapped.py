@@ -10,9 +10,9 @@ from pigbench.errors import UserError
 
 
 class MappedArray:
-    """The rows of several arrays, one array after the other, gathered when they are asked for.
+    """The rows of several arrays, one array after another, gathered on demand.
 
-    `paths` are the arrays' files. Threads may share it: gathering takes no lock.
+    `paths` are the arrays' files. Threads may share an instance: gathering takes no lock.
     """
 
     def __init__(self, arrays: Sequence[np.ndarray], paths: Sequence[Path]) -> None:
@@ -22,28 +22,28 @@ class MappedArray:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of all arrays together."""
+        """The shape of all arrays together."""
         return int(self._starts[-1]), *self._arrays[0].shape[1:]
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """Of every array."""
+        """The type of every array."""
         return self._arrays[0].dtype
 
     def __len__(self) -> int:
         return self.shape[0]
 
     def __getitem__(self, rows: Any) -> Any:
-        """The rows of those numbers, or of a slice, in memory: (...) give (..., *shape[1:]).
+        """The rows with the given numbers, or of a slice, in memory: (...) to (..., *shape[1:]).
 
-        Raises UserError, naming the file, when one of them holds NaN or infinity.
+        Raises UserError, naming the file, if one of them contains NaN or infinity.
         """
         if isinstance(rows, slice):
             rows = np.arange(*rows.indices(len(self)))
         wanted = np.ravel(rows)
         owners = np.searchsorted(self._starts, wanted, side="right") - 1
-        # Array by array; within one in the order asked for, which is no slower than ascending.
-        small = owners.astype(np.min_scalar_type(len(self._arrays)))  # 16 bits: sorted by radix
+        # Array by array; within each in the given order, which is no slower than ascending.
+        small = owners.astype(np.min_scalar_type(len(self._arrays)))  # 16 bits: radix sort
         order = np.argsort(small, kind="stable")
         bounds = np.searchsorted(owners[order], np.arange(len(self._arrays) + 1))
         found = np.empty((len(wanted), *self.shape[1:]), self.dtype)

@@ -1,12 +1,12 @@
-"""Minari's format of data sets, kept by Arrow: what `minari.load_dataset` reads.
+"""Minari's data set format, stored with Arrow, as read by `minari.load_dataset`.
 
-The folder holds Minari data sets, one per split, as `MINARI_DATASETS_PATH` does:
+The folder contains Minari data sets, one per split, like the folder `MINARI_DATASETS_PATH`:
 
 pigbench/cube-single-play-v0/data/metadata.json      spaces, environment, sizes
-pigbench/cube-single-play-v0/data/0/part-0.arrow     the first episode, a row a state
+pigbench/cube-single-play-v0/data/0/part-0.arrow     the first episode, one row per state
 pigbench/cube-single-play-v0/data/0/metadata.json    its number and length
 
-Rewards are 0, since a goal belongs to none of the episodes, which end by truncation.
+Rewards are 0, since episodes have no goal; they end by truncation.
 """
 
 import json
@@ -23,15 +23,15 @@ from pigbench.support import files
 from pigbench.support.extras import required
 from pigbench.support.progress import Progress
 
-VERSION = "0.5.4"  # of Minari, whose format this is
+VERSION = "0.5.4"  # of Minari, which defines the format
 
 _ENDINGS = {"train": "", "val": "-val"}  # of the splits' names
 
 
 def write(dataset: Dataset, path: Path) -> list[Path]:
-    """Writes the data set into the new folder `path`, whole or not at all, and returns that.
+    """Write the data set to the new folder `path`, completely or not at all, and return `[path]`.
 
-    Raises UserError when something is there already, or pyarrow is not installed.
+    Raises UserError if `path` already exists or pyarrow is not installed.
     """
     required("pyarrow.ipc", extra="share")
     files.require_new_folder(path)
@@ -48,7 +48,7 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
 
 
 def identify(dataset: Dataset, split: str) -> str:
-    """Minari's name of a split."""
+    """A split's name in Minari."""
     spec = dataset.spec
     policy = re.sub(r"[^A-Za-z0-9_.]+", "-", spec.policy)
     return f"pigbench/{spec.environment}-{policy}{_ENDINGS[split]}-v0"
@@ -79,7 +79,7 @@ def _write_split(folder: Path, identity: str, split: Split, progress: Progress) 
 
 
 def _write_episode(path: Path, episode: Mapping[str, np.ndarray]) -> None:
-    """A row a state; the last has no action, and zeros for it."""
+    """Write one row per state; the last state has no action, and zeros in its place."""
     pa, ipc = required("pyarrow", "pyarrow.ipc", extra="share")
     observations, actions = np.asarray(episode["observations"]), np.array(episode["actions"])
     actions[-1] = 0
@@ -120,6 +120,6 @@ def _metadata(identity: str, split: Split) -> dict[str, Any]:
 
 
 def _box(size: int, bound: float) -> str:
-    """A box in R^size, as Minari writes spaces."""
+    """A box in R^size, in Minari's notation of spaces."""
     limits = {"low": [-bound] * size, "high": [bound] * size}
     return json.dumps({"type": "Box", "dtype": "float32", "shape": [size], **limits})

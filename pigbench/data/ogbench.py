@@ -1,12 +1,12 @@
-"""OGBench's files: `F.npz` for training and `F-val.npz` for validation, an array a field.
+"""OGBench's files: `F.npz` for training and `F-val.npz` for validation, one array per field.
 
-Their rows are those of our shards, one after the other: whole episodes, `terminals` true on the
+Their rows are those of our shards, one after another: whole episodes, with `terminals` true on the
 last row. Files of what OGBench's loaders return are read too: with `valids`, false on an episode's
-last row, or with `next_observations`, where a row is a transition. Data passes through file by
-file, a large one in pieces.
+last row, or with `next_observations`, where a row is a transition. Data are processed file by file,
+large files in pieces.
 
-For an `-oraclerep` environment OGBench's loader makes `oracle_reps`, what a goal is there, of qpos.
-An export may hold them ready-made, for readers that have no such loader.
+For `-oraclerep` environments, OGBench's loader computes goals, `oracle_reps`, from qpos. An export
+may include them ready-made, for readers without that loader.
 """
 
 import contextlib
@@ -34,7 +34,7 @@ from pigbench.support.progress import Progress
 
 SUFFIX = ".npz"
 _ENDINGS = {"train": "", "val": "-val"}  # of a split's file name, before the suffix
-_MOST_EPISODES = 1000  # of a shard, and so of a piece: OGBench's files have as many
+_MOST_EPISODES = 1000  # per shard, and thus per piece: as many as in OGBench's files
 _NEXT, _VALIDS, _ORACLE_REPS = "next_observations", "valids", "oracle_reps"
 _READ_HEADER = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -42,11 +42,11 @@ _READ_HEADER = {
 }
 
 Columns = Mapping[str, tuple[str, Callable[[np.ndarray], np.ndarray]]]
-"""Of each array in a file: the field that it is made of, and how."""
+"""For each array in a file: the field from which it is made, and the function that makes it."""
 
 
 def split_paths(path: Path) -> dict[str, Path]:
-    """The file of each split, given that of training. Raises UserError unless it ends in .npz."""
+    """The file of each split, given the training file. Raises UserError unless it ends in .npz."""
     if path.suffix != SUFFIX:
         raise UserError(f"{path} does not end in {SUFFIX}, as OGBench's files do")
     return {split: path.with_stem(path.stem + ending) for split, ending in _ENDINGS.items()}
@@ -55,11 +55,12 @@ def split_paths(path: Path) -> dict[str, Path]:
 def write(
     dataset: Dataset, path: Path, *, rows_per_file: int | None = None, goals: str = "state"
 ) -> list[Path]:
-    """Writes the data set as OGBench's pair of files, each whole or not at all, and returns them.
+    """Write the data set as OGBench's pair of files, each completely or not at all; returns them.
 
-    With `rows_per_file`, they are numbered, F-000.npz and so on, and hold so many rows at most, or
-    one shard. Unless `goals` are states, they hold each row as such a goal too. Raises UserError
-    when a split is empty, since OGBench's loaders read both, or when they could make no such goals.
+    With `rows_per_file`, they are numbered, F-000.npz and so on, and have at most so many rows, or
+    one shard. Unless `goals` is "state", they also contain each row as such a goal. Raises
+    UserError if a split is empty, since OGBench's loaders read both, or if they could not compute
+    such goals.
     """
     columns = _columns(dataset, goals)
     split_paths(path)
@@ -77,7 +78,7 @@ def write(
 
 
 def _parts(split: Split, rows_per_file: int | None) -> Iterator[tuple[str, Split]]:
-    """The endings of numbered files, and the shards of each."""
+    """Yield the endings of numbered files and the shards of each."""
     if rows_per_file is None:
         yield "", split
         return
@@ -91,12 +92,12 @@ def _parts(split: Split, rows_per_file: int | None) -> Iterator[tuple[str, Split
 
 
 def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path) -> None:
-    """Makes a data set in `folder` of OGBench's files, or continues one that was cut off.
+    """Make a data set in `folder` from OGBench's files, or continue one that was interrupted.
 
-    `paths` are files of training, or folders of them; the files of validation beside them are read
-    too. Numbers become float32, as OGBench's own loader has them. `physics` is the profile in which
-    policies trained on the data are evaluated. Raises UserError when a file is missing or torn, or
-    when its arrays are not those of the environment.
+    `paths` are training files, or folders of them; the validation files beside them are read too.
+    Numbers become float32, as in OGBench's own loader. `physics` is the profile in which policies
+    trained on the data are evaluated. Raises UserError if a file is missing or torn, or if its
+    arrays do not fit the environment.
     """
     files.require_folder(folder)
     env = envs.make(environment, profile=physics)
@@ -114,7 +115,7 @@ def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path)
 
 
 def _files(paths: Sequence[Path]) -> dict[str, list[Path]]:
-    """The files of each split: those of training that are named, and what there is beside them."""
+    """The files of each split: the named training files, and the validation files beside them."""
     named = [
         file
         for path in paths
@@ -227,10 +228,10 @@ class _Source:
     """One of the files.
 
     Attributes:
-        fields: the fields of a shard that it holds.
-        lengths: the rows of each episode, (episodes,), with its last state.
+        fields: the fields of a shard that it contains.
+        lengths: the rows of each episode, (episodes,), including its last state.
 
-    Raises UserError when it is torn, or its arrays are not of the environment's shapes.
+    Raises UserError if it is torn or its arrays do not have the environment's shapes.
     """
 
     def __init__(self, path: Path, env: "envs.CubeEnv") -> None:
@@ -239,7 +240,7 @@ class _Source:
             raise UserError(f"{path} does not exist")
         with self._archive() as archive:
             self._stored = {name.removesuffix(".npy") for name in archive.namelist()}
-        # Where a row is a transition, the last state of an episode has no position and velocity.
+        # Where rows are transitions, an episode's last state has no position and velocity.
         self._transitions = _NEXT in self._stored
         kept = ("observations", "actions") if self._transitions else tuple(shard.DTYPES)
         ending = _VALIDS if _VALIDS in self._stored else "terminals"
@@ -265,21 +266,21 @@ class _Source:
 
     @property
     def rows(self) -> int:
-        """Rows of all episodes."""
+        """The number of rows of all episodes."""
         return int(self.lengths.sum())
 
     @property
     def sha256(self) -> str:
-        """What identifies the file."""
+        """The file's SHA-256."""
         return files.sha256(self.path)
 
     def pieces(self) -> list[int]:
-        """Episodes of each shard that is made of the file."""
+        """The number of episodes in each shard that is made from the file."""
         starts = range(0, len(self.lengths), _MOST_EPISODES)
         return [min(_MOST_EPISODES, len(self.lengths) - start) for start in starts]
 
     def _check_shapes(self, env: "envs.CubeEnv") -> None:
-        """Raises UserError unless all arrays have the environment's shapes. Reads headers alone."""
+        """Raise UserError unless all arrays have the environment's shapes. Reads headers only."""
         row_shapes = collect.row_shapes(env)
         row_shapes |= {_NEXT: row_shapes["observations"], _VALIDS: ()}
         shapes = {field: self._shape(field) for field in row_shapes if field in self._stored}
@@ -293,7 +294,7 @@ class _Source:
                 )
 
     def read(self, fields: Sequence[str]) -> Iterator[dict[str, np.ndarray]]:
-        """The fields of each piece, in the types of our shards."""
+        """Yield the fields of each piece, in the types of our shards."""
         bounds = np.cumsum([0, *self.pieces()])
         pieces = [self._stored_lengths[start:stop] for start, stop in itertools.pairwise(bounds)]
         counts = [int(piece.sum()) for piece in pieces]
@@ -313,7 +314,7 @@ class _Source:
     def _with_last_states(
         self, content: Mapping[str, np.ndarray], ends: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Rows of states, of rows of transitions; no action is known of an episode's last state."""
+        """Convert rows of transitions to rows of states; an episode's last state has no action."""
         observations, after = content["observations"], content[_NEXT]
         same = (observations[1:] == after[:-1]).all(axis=1)
         same[ends[:-1]] = True
@@ -328,11 +329,11 @@ class _Source:
         }
 
     def _pieces(self, field: str, counts: Iterable[int]) -> Iterator[np.ndarray]:
-        """The array's rows in pieces of so many rows, in the type of our shards."""
+        """Yield the array in pieces of the given numbers of rows, in the type of our shards."""
         like = "observations" if field == _NEXT else "terminals" if field == _VALIDS else field
         with self._archive() as archive, archive.open(shard.file_name(field)) as file:
             (length, *row_shape), dtype, by_column = _read_header(file)
-            if by_column:  # nothing of it is whole before its end
+            if by_column:  # no row is complete before the end
                 data = np.frombuffer(_read(file, (length, *row_shape), dtype), dtype)
                 whole = data.reshape((length, *row_shape), order="F")
                 bounds = itertools.pairwise(itertools.accumulate(counts, initial=0))
@@ -367,9 +368,9 @@ def _read(file: IO[bytes], shape: tuple[int, ...], dtype: np.dtype) -> bytes:
 
 
 def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype, bool]:
-    """Shape and type of the array in a `.npy` file, whose data follows, column by column or not.
+    """Shape and type of the array in a `.npy` file, and whether its data are stored by column.
 
-    Raises ValueError.
+    Leaves the file at the data. Raises ValueError for an unknown format.
     """
     version = np.lib.format.read_magic(file)
     if version not in _READ_HEADER:

@@ -1,4 +1,4 @@
-"""How good an episode of one cube is, told from what a robot's log has too: its observations."""
+"""The quality of an episode with one cube, judged by observations, which robot logs have too."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,27 +10,27 @@ from pigbench.envs.units import metres
 from pigbench.errors import UserError
 
 FREE = 0.1
-"""Contact below which the pad feels nothing."""
+"""Contact below which the pad counts as free."""
 LYING = 0.015
-"""Metres that the centre of a cube on the table may seem too high."""
+"""Metres by which the centre of a cube on the table may appear too high."""
 IN_AIR = 0.03
-"""Metres from the table to a cube that falls, if it is let go."""
+"""Height in metres above the table from which a released cube falls."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What an episode must be like to be kept."""
+    """The limits within which an episode is kept."""
 
     within: float = 0.05
     """Metres from the goal within which a cube counts as brought there."""
     max_jerk: float = 70.0
-    """Root of the mean square of the joints' jerk, rad/s^3."""
+    """Largest root mean square of the joints' jerk, rad/s^3."""
     min_rows: int = 40
     """Rows of the shortest episode."""
     max_rows: int = 270
     """Rows of the longest episode."""
     max_drops: int = 0
-    """How often the cube may be lost in the air."""
+    """Largest number of times that the cube is lost in the air."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Episode:
 
 @dataclass(frozen=True)
 class Criterion:
-    """A number of an episode, whether it is good enough, and what that takes."""
+    """A measure of an episode, whether it is good enough, and a description of the limit."""
 
     measure: Callable[[Episode, Limits], float]
     good: Callable[[float, Limits], bool]
@@ -53,9 +53,10 @@ class Criterion:
 
 
 def closest(episode: Episode, limits: Limits) -> float:
-    """Metres from the goal to where the cube came to lie; infinity if it lay nowhere else.
+    """Least distance in metres from the goal at which the cube lay untouched on the table.
 
-    So a robot may have brought it to the goal or away from it.
+    Infinity if it never lay away from the goal. The robot may thus have brought the cube to the
+    goal or away from it.
     """
     low = episode.cube[:, 2] < CUBE_HALF_SIZE + LYING
     distance = np.linalg.norm(episode.cube - episode.goal, axis=-1)[low & (episode.contact < FREE)]
@@ -65,13 +66,13 @@ def closest(episode: Episode, limits: Limits) -> float:
 
 
 def jerk(episode: Episode, limits: Limits) -> float:
-    """Root of the mean square of the joints' jerk, rad/s^3."""
+    """Root mean square of the joints' jerk, rad/s^3."""
     change = np.diff(episode.joint_vel, n=2, axis=0) / CONTROL_STEP**2
     return float(np.sqrt(np.mean(change**2))) if len(change) else 0.0
 
 
 def drops(episode: Episode, limits: Limits) -> float:
-    """How often the pad felt the cube, and then nothing with the cube in the air."""
+    """How often the pad lost contact while the cube was in the air."""
     felt = episode.contact >= FREE
     high = episode.cube[1:, 2] > CUBE_HALF_SIZE + IN_AIR
     return float(np.sum(felt[:-1] & ~felt[1:] & high))
@@ -99,7 +100,7 @@ CRITERIA: Mapping[str, Criterion] = {
         lambda limits: f"at most {limits.max_drops}",
     ),
 }
-"""By name. What is measured of an episode, and what of it is good, follows from the table."""
+"""The criteria by name; this table determines what is measured and what is good enough."""
 
 
 def episode(observations: np.ndarray, layout: Mapping[str, slice], goal: np.ndarray) -> Episode:
@@ -119,5 +120,5 @@ def episode(observations: np.ndarray, layout: Mapping[str, slice], goal: np.ndar
 
 
 def measure(one: Episode, limits: Limits) -> dict[str, float]:
-    """Each criterion's number of an episode."""
+    """Each criterion's measure of an episode."""
     return {name: criterion.measure(one, limits) for name, criterion in CRITERIA.items()}

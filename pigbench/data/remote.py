@@ -1,4 +1,4 @@
-"""Shards of a data set simulated on a cluster; they come back to be written here."""
+"""Shards of a data set simulated on a cluster, and sent back to be written here."""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -14,7 +14,7 @@ from pigbench.settings import jax_defaults
 
 
 def source(spec: Spec, tasks: Tasks) -> Source:
-    """Where `collect.write_missing` has shards from: a task for each."""
+    """A source of shards for `collect.write_missing`: one task per shard."""
     content, rows = spec.as_json(), collect.most_rows(POLICIES[spec.policy], spec.rows_per_episode)
 
     def simulated(shards: Sequence[Shard], tell: Tell) -> Iterator[tuple[Shard, Episodes]]:
@@ -28,12 +28,12 @@ def source(spec: Spec, tasks: Tasks) -> Source:
 
 
 def _simulate(content: str, shard: Shard) -> Episodes:
-    """On the cluster."""
+    """Simulate a shard on the cluster."""
     with jax_defaults():
         return _simulator(content)(shard, lambda steps: None)
 
 
-@lru_cache(maxsize=1)  # a process compiles for its first shard alone
+@lru_cache(maxsize=1)  # a process compiles only for its first shard
 def _simulator(content: str) -> Simulator:
     spec = spec_of(content)
     env = envs.make(spec.environment, engine=spec.engine, profile=spec.physics)

@@ -1,6 +1,6 @@
 """Batches with relabelled goals, as a pure function of a key.
 
-Drawing indices is apart from gathering rows, so rows may live on the device or on the disk.
+Drawing indices is separate from gathering rows, so rows may be on the device or on disk.
 """
 
 import jax
@@ -19,7 +19,7 @@ from pigbench.errors import UserError
 class Rows:
     """A data set's rows; episodes are contiguous, and an episode's last row has no successor.
 
-    Those of a data set that is too large for the device stay on the disk, and are gathered there.
+    The rows of a data set that is too large for the device stay on disk and are gathered there.
     """
 
     observations: jax.Array | MappedArray  # (N, observation_size)
@@ -28,9 +28,9 @@ class Rows:
 
     @classmethod
     def create(cls, observations: ArrayLike, actions: ArrayLike, terminals: ArrayLike) -> "Rows":
-        """Rows on the device, from `terminals` (N,), true on each episode's last row.
+        """Rows on the device; `terminals` (N,) are true on each episode's last row.
 
-        Raises `UserError` if the last episode has no end or no row has a successor.
+        Raises UserError if the last episode has no end or no row has a successor.
         """
         terminals = np.asarray(terminals, dtype=bool)
         if not terminals[-1:].all():
@@ -49,7 +49,7 @@ class Rows:
 
     @classmethod
     def on_disk(cls, split: Split) -> "Rows":
-        """All rows of a data set's split, of which those gathered are read."""
+        """All rows of a data set's split, on disk; only gathered rows are read."""
         ends = _checked(split.episode_ends, rows=split.rows)
         return cls(split.mapped("observations"), split.mapped("actions"), ends)
 
@@ -81,12 +81,12 @@ class Indices:
 
 
 def sample(key: jax.Array, rows: Rows, sampling: Sampling, batch_size: int) -> Batch:
-    """A batch of `batch_size` transitions, uniform over all, with goals as `sampling` says."""
+    """A batch of `batch_size` transitions, uniform over all, with goals drawn by `sampling`."""
     return gather(rows, sample_indices(key, rows.episode_ends, sampling, batch_size))
 
 
 def gather(rows: Rows, indices: Indices) -> Batch:
-    """The batch that `indices` describe, NumPy's of rows on the disk: (..., B) give (..., B, o)."""
+    """The batch described by `indices`, in NumPy for rows on disk; (..., B) give (..., B, o)."""
     starts, subgoals = indices.starts, indices.subgoals
     wanted = [starts, starts + 1, indices.value_goals, indices.actor_goals]
     if subgoals:
@@ -96,7 +96,7 @@ def gather(rows: Rows, indices: Indices) -> Batch:
             subgoals.low_value_goals,
             subgoals.low_actor_goals,
         ]
-    # In one go: a file of rows on the disk is looked at once.
+    # All at once, so that a file of rows on disk is visited only once.
     states = rows.observations[starts.__array_namespace__().stack(wanted)]
     return Batch(
         observations=states[0],
@@ -126,9 +126,9 @@ def _same(rows: jax.Array, others: jax.Array) -> jax.Array:
 def sample_indices(
     key: jax.Array, episode_ends: jax.Array, sampling: Sampling, batch_size: int
 ) -> Indices:
-    """Transitions, uniform over all, and a goal of each mixture; `episode_ends` as in `Rows`."""
+    """Transitions, uniform over all, with a goal from each mixture; `episode_ends` as in `Rows`."""
     start_key, value_key, actor_key, low_key = jax.random.split(key, 4)
-    # Transitions up to and including each episode: every episode has one row that starts none.
+    # Transitions up to and including each episode: one row per episode starts none.
     transitions = episode_ends - jnp.arange(len(episode_ends), dtype=jnp.int32)
     draws = jax.random.randint(start_key, (batch_size,), 0, transitions[-1])
     episodes = jnp.searchsorted(transitions, draws, side="right").astype(jnp.int32)
@@ -177,5 +177,5 @@ def _geometric_future(
 
 
 def _no_further(ahead: jax.Array, starts: jax.Array, goals: jax.Array) -> jax.Array:
-    """`ahead`, or the goal where it lies between `starts` and there."""
+    """`ahead`, or the goal where it is between `starts` and `ahead`."""
     return jnp.where((starts <= goals) & (goals <= ahead), goals, ahead)

@@ -1,6 +1,6 @@
-"""One shard of a data set: a folder with one `.npy` file a field, rows of whole episodes.
+"""One shard of a data set: a folder with one `.npy` file per field, with rows of whole episodes.
 
-`terminals` is true on an episode's last row: where it is false, rows i and i + 1 are a transition.
+`terminals` is true on an episode's last row; where it is false, rows i and i + 1 are a transition.
 """
 
 import errno
@@ -30,10 +30,10 @@ def file_name(field: str) -> str:
 def write(
     folder: Path, spec: Spec, shard: Shard, arrays: Mapping[str, np.ndarray], *, dropped: int
 ) -> ShardRecord:
-    """Writes the shard's folder into `folder`, whole or not at all, and returns its record.
+    """Write the shard's folder into `folder`, completely or not at all, and return its record.
 
-    `arrays` holds each field of the specification for `shard.episodes - dropped` episodes. Raises
-    ValueError when it is not what the specification says.
+    `arrays` contains each field of the specification for `shard.episodes - dropped` episodes.
+    Raises ValueError if it does not match the specification.
     """
     episodes = shard.episodes - dropped
     if set(arrays) != set(spec.fields):
@@ -53,7 +53,7 @@ def write(
 
 
 def read(folder: Path, record: ShardRecord, field: str) -> np.ndarray:
-    """The array of `field`, mapped from the disk, read-only. Raises UserError when it is torn."""
+    """The array of `field`, memory-mapped and read-only. Raises UserError if it is torn."""
     path = folder / record.name / file_name(field)
     try:
         return np.load(path, mmap_mode="r")
@@ -64,7 +64,7 @@ def read(folder: Path, record: ShardRecord, field: str) -> np.ndarray:
 
 
 def file_problems(folder: Path, record: ShardRecord) -> Iterator[tuple[Path, str]]:
-    """Each file of the shard that is missing or of the wrong size, and what is wrong with it."""
+    """Yield each file of the shard that is missing or has the wrong size, with the problem."""
     for name, expected in record.files.items():
         path = folder / record.name / name
         if not path.is_file():
@@ -74,7 +74,7 @@ def file_problems(folder: Path, record: ShardRecord) -> Iterator[tuple[Path, str
 
 
 def field_problem(spec: Spec, field: str, array: np.ndarray, *, rows: int) -> str | None:
-    """What is wrong with `array` as `field` of a shard of `rows` rows; None if nothing is."""
+    """The problem with `array` as the `field` of a shard of `rows` rows; None if there is none."""
     row_shapes = {
         "observations": (spec.observation_size,),
         "actions": (spec.action_size,),
@@ -98,7 +98,7 @@ def field_problem(spec: Spec, field: str, array: np.ndarray, *, rows: int) -> st
 
 
 def _write_array(path: Path, array: np.ndarray) -> None:
-    # Not np.save: on a full disk it raises an OSError that does not say so (no errno).
+    # Not np.save: on a full disk it raises an OSError without an errno.
     array = np.ascontiguousarray(array)
     with open(path, "wb") as file:
         header = np.lib.format.header_data_from_array_1_0(array)

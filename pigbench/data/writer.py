@@ -1,7 +1,7 @@
-"""Writing an offline data set, so that a crash at any moment costs one unfinished shard at most.
+"""Writing an offline data set such that a crash at any moment costs at most one unfinished shard.
 
-A shard that the manifest lists is complete. Whatever else a crash left is removed when writing is
-taken up again.
+A shard that the manifest lists is complete. Anything else that a crash left behind is removed when
+writing resumes.
 """
 
 import dataclasses
@@ -18,9 +18,9 @@ from pigbench.support.compare import require_same
 
 
 class Writer:
-    """Writes a new data set, or continues one that was cut short or lost files.
+    """Writes a new data set, or continues one that was interrupted or lost files.
 
-    Raises UserError when `folder` holds something else, or a data set of another specification.
+    Raises UserError if `folder` contains something else, or a data set of another specification.
     """
 
     def __init__(self, folder: Path, spec: Spec) -> None:
@@ -35,9 +35,9 @@ class Writer:
         return tuple(part for part in self._spec.plan() if part.name not in self._finished)
 
     def write(self, part: Shard, arrays: Mapping[str, np.ndarray], *, dropped: int = 0) -> None:
-        """Writes one shard, complete on return: the fields of its episodes, but those `dropped`.
+        """Write one shard, complete on return: the fields of its episodes except those `dropped`.
 
-        Raises ValueError when the arrays are not what the specification says.
+        Raises ValueError if the arrays do not match the specification.
         """
         record = shard.write(self.folder, self._spec, part, arrays, dropped=dropped)
         manifest.add(self.folder, record)

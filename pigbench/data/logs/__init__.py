@@ -1,6 +1,6 @@
-"""A robot's logs: one episode per file (CSV, Parquet), or a LeRobot v3 folder, as a data set.
+"""A robot's logs as a data set: one episode per file (CSV, Parquet), or a LeRobot v3 folder.
 
-What a table holds: `columns`. How it becomes rows: `episode`.
+`columns` describes a table's contents, `episode` turns them into rows.
 """
 
 import itertools
@@ -23,19 +23,19 @@ from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 
 REPORT = "import.json"
-"""The file beside the manifest that tells of gaps and outliers."""
+"""The file beside the manifest that lists gaps and outliers."""
 
-_EVERY = 10  # of so many episodes, one is for validation
-_MOST_EPISODES = 1000  # of a shard
+_EVERY = 10  # one in so many episodes is for validation
+_MOST_EPISODES = 1000  # per shard
 POLICY = "log"
 
 
 def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path) -> None:
-    """Makes a data set in `folder` of logs, or continues one that was cut off.
+    """Make a data set in `folder` from logs, or continue one that was interrupted.
 
-    `paths` are files, folders of them, or LeRobot's folders. Every tenth episode is for validation.
+    `paths` are files, folders of files, or LeRobot folders. Every tenth episode is for validation.
     `physics` is the profile in which policies trained on the data are evaluated. Raises UserError
-    for the first log with which something is wrong.
+    for the first log that is invalid.
     """
     files.require_folder(folder)
     env = envs.make(environment, profile=physics)
@@ -81,7 +81,7 @@ def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path)
 
 
 def _sources(paths: Sequence[Path]) -> list[Path]:
-    """The files and LeRobot's folders that `paths` name."""
+    """The files and LeRobot folders that `paths` name."""
     found = [
         source
         for path in paths

@@ -1,9 +1,9 @@
-"""The columns of a robot's log, an episode a table: their units, and what numbers can be true.
+"""The columns of a robot's log, one table per episode: their units and plausible ranges.
 
-Positions are in the frame of the UR5e's controller, "base": origin at its foot, z up. Joints are
-in the controller's order (base, shoulder, elbow, wrist 1 to 3) and with its zeros. Yaw is about z,
-from the frame's x axis to the gripper's, across which its fingers close. A pose of the object is of
-its centre, a commanded pose of the point between the fingertips.
+Positions are in the frame of the UR5e's controller, "base": origin at the robot's foot, z up.
+Joints have the controller's order (base, shoulder, elbow, wrist 1 to 3) and zeros. Yaw is about z,
+from the frame's x axis to the gripper's, across which its fingers close. An object's pose is that
+of its centre, a commanded pose that of the point between the fingertips.
 """
 
 from collections.abc import Mapping
@@ -19,13 +19,13 @@ Table = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Group:
-    """Columns that are there together.
+    """Columns that occur together.
 
     Attributes:
         names: their names.
         unit: their unit.
-        low, high: between which numbers can be true.
-        mistaken: what numbers beyond are likely to be.
+        low, high: bounds of plausible numbers.
+        mistaken: what numbers out of bounds are likely to be.
     """
 
     names: tuple[str, ...]
@@ -62,16 +62,16 @@ OPTIONAL = {
     ),
     "action": Group(_numbered("action", 5), "of the largest move", -20.0, 20.0, "absolute poses"),
 }
-"""Velocities are else the change of positions, contact is told by fingers that stand between open
-and shut, and of actions and commanded poses (all three) one must be there."""
+"""Without velocities, they are derived from positions; without contact, it is inferred from fingers
+that rest between open and shut. Either actions or commanded poses (all three groups) are needed."""
 
 TARGETS = ("target_pos", "target_yaw", "target_opening")
 
 
 def groups(name: str, table: Table) -> dict[str, np.ndarray]:
-    """The groups that a table has, (rows, columns) each. Its `name` is for complaints.
+    """The groups in a table, each (rows, columns). `name` names the table in error messages.
 
-    Raises UserError for one that lacks columns, or holds numbers that cannot be true.
+    Raises UserError if columns are missing or numbers are implausible.
     """
     known = {"time": TIME, **REQUIRED, **OPTIONAL}
     found = {}

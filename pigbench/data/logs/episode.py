@@ -1,7 +1,7 @@
-"""An episode of a log at the control step's rate, in the simulation's frame, with its actions.
+"""A log's episode, resampled to control steps, in the simulation's frame, with its actions.
 
-Between two rows all moves on a straight line, quaternions along the shorter arc; what is commanded
-or done holds until the next row.
+Between two rows, states are interpolated linearly, quaternions along the shorter arc; commands and
+actions hold until the next row.
 """
 
 from dataclasses import dataclass
@@ -22,22 +22,22 @@ from pigbench.envs.scene import CONTROL_STEP
 from pigbench.errors import UserError
 
 BASE_YAW = -np.pi / 2
-"""How the controller's base frame is turned about the world's z: its x axis is the world's -y."""
+"""Rotation of the controller's base frame about the world's z axis: its x is the world's -y."""
 
 GAP = 0.15
-"""Seconds between two rows from which the log has a gap, which is bridged and reported."""
+"""Seconds between two rows beyond which they form a gap, which is bridged and reported."""
 LONGEST_GAP = 1.0
-"""Seconds from which nobody knows what happened."""
+"""Seconds beyond which a gap is an error, since nobody knows what happened."""
 SLOWEST, FASTEST = 0.2, 0.0005
-"""Seconds between rows, the median, that a log can have."""
+"""Bounds of the median seconds between rows."""
 JUMP = 0.05
-"""Metres that no cube moves between two control steps but by a wrong estimate."""
+"""Metres between two control steps beyond which a cube's estimated position must be wrong."""
 FASTEST_JOINT = 3.5
 """rad/s that no joint of a UR5e exceeds: its limit is 3.14."""
 FARTHEST_TARGET = 0.25
-"""Metres from the gripper to what is commanded, the median, if both are in one frame."""
+"""Bound of the median distance in metres from the gripper to its commanded pose in one frame."""
 REACH = 1.1
-"""Metres from the robot's foot to an object that it can get at."""
+"""Metres from the robot's foot within which it can reach an object."""
 
 _BLOCK = 512  # rows
 _forward = jax.jit(jax.vmap(servo.pinch))
@@ -45,7 +45,7 @@ _forward = jax.jit(jax.vmap(servo.pinch))
 
 @dataclass(frozen=True)
 class LoggedEpisode:
-    """An episode of a log at control steps, in the world's frame; `notes` is what to know of it."""
+    """A log's episode at control steps, in the world's frame; `notes` lists its irregularities."""
 
     name: str
     joint_pos: np.ndarray  # (steps, 6) rad
@@ -59,14 +59,14 @@ class LoggedEpisode:
 
 
 def prepare(name: str, table: Table) -> LoggedEpisode:
-    """An episode of a table. UserError, in one line, for what cannot be true of a robot."""
+    """Turn a table into an episode. Raises UserError for data that no robot can have produced."""
     found = groups(name, table)
     time = found["time"][:, 0]
     _check_clock(name, time)
     grid = time[0] + CONTROL_STEP * np.arange(int((time[-1] - time[0]) / CONTROL_STEP + 1e-6) + 1)
     if len(grid) < 2:
         raise UserError(
-            f"{name} is {time[-1] - time[0]:.2f} s long: two control steps are the least"
+            f"{name} is {time[-1] - time[0]:.2f} s long: it must have at least two control steps"
         )
     linear, holding = partial(_linear, time, grid), partial(_holding, time, grid)
     joint_pos = linear(_near_home(found["joint_pos"]))
@@ -100,7 +100,7 @@ def prepare(name: str, table: Table) -> LoggedEpisode:
 
 
 def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> np.ndarray:
-    """The environment's observations of all steps, one episode after the other, (rows, o)."""
+    """The environment's observations of all steps, one episode after another, (rows, o)."""
 
     def joined(field: str) -> jax.Array:
         return jnp.asarray(np.concatenate([getattr(one, field) for one in episodes]), jnp.float32)
@@ -130,7 +130,7 @@ def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> np.ndarray:
 
 def _check_clock(name: str, time: np.ndarray) -> None:
     if len(time) < 2:
-        raise UserError(f"{name} has {len(time)} rows: two are the least")
+        raise UserError(f"{name} has {len(time)} rows: it must have at least two")
     steps = np.diff(time)
     if (steps <= 0).any():
         row = int((steps <= 0).argmax()) + 1
@@ -140,7 +140,7 @@ def _check_clock(name: str, time: np.ndarray) -> None:
     if usual > SLOWEST:
         raise UserError(f"{name}: rows are {usual:g} s apart: time must be in seconds, is it not?")
     if usual < FASTEST:
-        raise UserError(f"{name}: rows are {usual:g} s apart, more often than any robot tells")
+        raise UserError(f"{name}: rows are {usual:g} s apart, more often than any robot logs")
     if steps.max() > LONGEST_GAP:
         row = int(steps.argmax()) + 1
         raise UserError(
@@ -149,7 +149,10 @@ def _check_clock(name: str, time: np.ndarray) -> None:
 
 
 def _check_velocities(name: str, joint_vel: np.ndarray, velocity: np.ndarray) -> None:
-    """That joints move as fast as they say: else a unit is wrong, or they are of two clocks."""
+    """Raise UserError unless joint_vel matches the changes of joint_pos.
+
+    Otherwise a unit is wrong, or the two come from different clocks.
+    """
     moved, said = np.std(velocity), np.std(joint_vel)
     if moved < 0.02 and said < 0.02:
         return
@@ -175,7 +178,7 @@ def _check_rate(name: str, time: np.ndarray) -> None:
 
 
 def _recovered(name: str, joint_pos: np.ndarray, opening: np.ndarray, targets: Table) -> np.ndarray:
-    """The actions (steps, 5) that ask for commanded poses, from where the gripper is."""
+    """The actions (steps, 5) that lead from the gripper's poses to the commanded ones."""
     here, yaw = _pinch(joint_pos)
     way = _to_world(targets["target_pos"]) - here
     far = float(np.median(np.linalg.norm(way, axis=-1)))
@@ -191,22 +194,22 @@ def _recovered(name: str, joint_pos: np.ndarray, opening: np.ndarray, targets: T
 
 
 def _pinch(joint_pos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where joint angles (rows, 6) put the pinch point, (rows, 3) metres, and its yaw, radians."""
+    """Pinch points (rows, 3) in metres and yaws (rows,) in radians of joint angles (rows, 6)."""
     rows = len(joint_pos)
-    # To whole blocks, so that not every length is compiled anew.
+    # Padded to whole blocks, so that not every length is compiled anew.
     padded = np.pad(np.float32(joint_pos), ((0, -rows % _BLOCK), (0, 0)), mode="edge")
     pos, yaw = _forward(padded)
     return np.asarray(pos)[:rows], np.asarray(yaw)[:rows]
 
 
 def _near_home(joint_pos: np.ndarray) -> np.ndarray:
-    """The same angles (rows, 6) without leaps, whole turns such that they begin near home."""
+    """The same angles (rows, 6), unwrapped and shifted by whole turns to begin near home."""
     angles = np.unwrap(joint_pos, axis=0)
     return angles - 2 * np.pi * np.round((angles[0] - np.array(robot.HOME)) / (2 * np.pi))
 
 
 def _stands_between(opening: np.ndarray) -> np.ndarray:
-    """Contact, by fingers that were stopped on their way: neither moving, nor open, nor shut."""
+    """Contact, inferred from fingers stopped on their way: neither moving, nor open, nor shut."""
     still = np.abs(np.gradient(opening)) < 0.01
     return (still & (opening > 0.1) & (opening < 0.95)).astype(float)
 
@@ -222,13 +225,13 @@ def _holding(time: np.ndarray, grid: np.ndarray, values: np.ndarray) -> np.ndarr
 
 
 def _to_world(pos: np.ndarray) -> np.ndarray:
-    """Positions (..., 3) in the base frame as they are in the world's."""
+    """Positions (..., 3), converted from the base frame to the world's."""
     cos, sin = np.cos(BASE_YAW), np.sin(BASE_YAW)
     return pos @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]).T
 
 
 def _same_sign(name: str, quats: np.ndarray) -> np.ndarray:
-    """The same rotations (rows, 4), each by the quaternion nearer to that before."""
+    """The same rotations (rows, 4), each with the sign that is nearer to the quaternion before."""
     length = np.linalg.norm(quats, axis=-1)
     if np.abs(length - 1).max() > 0.05:
         row = int(np.abs(length - 1).argmax())
@@ -240,7 +243,7 @@ def _same_sign(name: str, quats: np.ndarray) -> np.ndarray:
 
 
 def _turned(quats: np.ndarray) -> np.ndarray:
-    """Quaternions (steps, 4) in the base frame as they are in the world's, of length 1."""
+    """Quaternions (steps, 4), converted from the base frame to the world's and normalised."""
     turned = Rotation.from_euler("z", BASE_YAW) * Rotation.from_quat(quats, scalar_first=True)
     return turned.as_quat(scalar_first=True)
 

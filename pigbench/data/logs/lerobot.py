@@ -1,7 +1,7 @@
-"""Episodes of a LeRobot v3 folder of a UR5e: its Parquet files as tables of our columns.
+"""Episodes of a UR5e's LeRobot v3 folder: its Parquet files as tables of our columns.
 
-What an element of a feature is follows from its name in `meta/info.json`: one of ours, or one of
-`ALIASES`, as drivers of the UR5e and of Robotiq's gripper name them. Pictures are left out.
+The names in `meta/info.json` identify a feature's elements: one of our names, or one of `ALIASES`,
+which are those of the drivers of the UR5e and of Robotiq's gripper. Images are left out.
 """
 
 import re
@@ -37,25 +37,25 @@ ALIASES: Mapping[str, Mapping[str, str]] = {
     "observation.environment_state": _OBJECT,
     "action": _TARGET,
 }
-"""Of each feature that is read, our column by an element's name."""
+"""For each feature that is read, our column for each element's name."""
 
 
 def is_dataset(path: Path) -> bool:
-    """Whether a folder is one of LeRobot's."""
+    """Whether a folder is a LeRobot data set."""
     return (path / INFO).is_file()
 
 
 def files_of(folder: Path) -> list[Path]:
-    """What of a folder is read."""
+    """The files of a folder that are read."""
     return [folder / INFO, *sorted(folder.glob("data/chunk-*/*.parquet"))]
 
 
 def read(folder: Path) -> Iterator[tuple[str, Table]]:
-    """The episodes of a data set, each with its name, in order. UserError for what is wrong."""
+    """Yield the episodes of a data set in order, with names. Raises UserError if it is invalid."""
     info = files.read_json(folder / INFO)
     if info.get("codebase_version") != VERSION:
         raise UserError(
-            f"{folder} is of LeRobot's format {info.get('codebase_version')}: {VERSION} is read"
+            f"{folder} has LeRobot's format {info.get('codebase_version')}: only {VERSION} is read"
         )
     if "ur5e" not in re.sub(r"[^a-z0-9]", "", str(info.get("robot_type")).lower()):
         raise UserError(f"{folder} is of a robot {info.get('robot_type')!r}: a UR5e's is read")
@@ -68,7 +68,7 @@ def read(folder: Path) -> Iterator[tuple[str, Table]]:
 
 
 def _names(folder: Path, info: Mapping[str, Any], feature: str) -> list[str]:
-    """Our column of each element of a feature, or the element's own name."""
+    """Our column for each element of a feature, or the element's own name."""
     description = info.get("features", {}).get(feature)
     if description is None:
         raise UserError(f"{folder / INFO} has no feature {feature}")
@@ -90,7 +90,7 @@ def _episodes(path: Path, names: Mapping[str, list[str]]) -> Iterator[tuple[str,
     for feature, own in names.items():
         values = np.array(table.column(feature).to_pylist(), float)
         if values.shape != (len(numbers), len(own)):
-            raise UserError(f"{path}: {feature} has shape {values.shape}, not {len(own)} a row")
+            raise UserError(f"{path}: {feature} has shape {values.shape}, not {len(own)} per row")
         columns |= dict(zip(own, values.T, strict=True))
     for number in dict.fromkeys(numbers):
         own = numbers == number

@@ -1,4 +1,4 @@
-"""Reading a log's table of a file: CSV, or Parquet where pyarrow is installed."""
+"""Reading a log's table from a file: CSV, or Parquet if pyarrow is installed."""
 
 import csv
 import math
@@ -15,7 +15,7 @@ from pigbench.support.extras import required
 
 
 def read(path: Path) -> Table:
-    """The columns of a file whose name ends in one of `READERS`. UserError for what is wrong."""
+    """The columns of a file with one of the suffixes in `READERS`. UserError if it is invalid."""
     if not path.is_file():
         raise UserError(f"{path} does not exist")
     if path.suffix not in READERS:
@@ -41,7 +41,7 @@ def _read_csv(path: Path) -> Table:
 
 
 def _number(cell: str) -> float:
-    """The cell's number; of other cells, which no column that is needed may have, not a number."""
+    """The cell's number; NaN for other cells, which no needed column may contain."""
     try:
         return float(cell)
     except ValueError:
@@ -58,7 +58,7 @@ def _read_parquet(path: Path) -> Table:
 
 
 def parquet(path: Path) -> Any:
-    """A file as pyarrow has it. UserError if it is torn, or pyarrow is not installed."""
+    """A file as a pyarrow table. Raises UserError if it is torn or pyarrow is not installed."""
     pa, pq = required("pyarrow", "pyarrow.parquet", extra="share")
     try:
         return pq.read_table(path)

@@ -206,7 +206,7 @@ def test_a_file_that_is_not_the_manifests_is_found(server, data, tmp_path):
     torn = bytearray(server.files["train-00001/actions.npy"])
     torn[-1] ^= 1
     server.files["train-00001/actions.npy"] = bytes(torn)
-    with pytest.raises(UserError, match=r"whole data set: .*train-00001/actions.npy is altered"):
+    with pytest.raises(UserError, match=r"complete data set: .*train-00001/actions.npy is altered"):
         pull(tmp_path / "back")
 
 

@@ -158,7 +158,7 @@ def info(**changes) -> dict:
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (info(codebase_version="v2.1"), "is of LeRobot's format v2.1: v3.0 is read"),
+        (info(codebase_version="v2.1"), "has LeRobot's format v2.1: only v3.0 is read"),
         (info(robot_type="so100"), "is of a robot 'so100': a UR5e's is read"),
         (info(features={}), "has no feature observation.state"),
         (
