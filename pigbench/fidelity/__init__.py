@@ -1,1 +1,1 @@
-"""How close the environments and their data are to OGBench's, measured against the package."""
+"""How close the environments and their data are to OGBench's, measured against its package."""

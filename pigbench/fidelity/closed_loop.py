@@ -16,14 +16,14 @@ from pigbench.training.evaluate import Evaluation, Report, make_evaluator
 
 
 class Successes(NamedTuple):
-    """Which episodes succeeded, arrays (tasks, episodes) bool; a pair has one start and goal."""
+    """Which episodes succeeded, (tasks, episodes) bool; both of a pair have one start and goal."""
 
     ours: np.ndarray
     theirs: np.ndarray
 
 
 class Comparison(NamedTuple):
-    """How many pairs ended how, and how probable so uneven a split is by chance alone."""
+    """Counts of pairs by outcome, and the probability of so uneven a split by chance alone."""
 
     both: int
     only_ours: int
@@ -35,9 +35,9 @@ class Comparison(NamedTuple):
 def simulate(
     env: "envs.CubeEnv", agent: Agent, params: Params, evaluation: Evaluation, report: Report
 ) -> Successes:
-    """The evaluation's episodes in both simulators; the policy draws from the same keys in both.
+    """Run the evaluation's episodes in both simulators; the policy uses the same keys in both.
 
-    `report` is told how many episodes OGBench's simulator, much the slower, has done.
+    `report` is called with the number of episodes done by OGBench's simulator, by far the slower.
     """
     ours = make_evaluator(env, agent, evaluation)(params, lambda _: None)["success"]
     rollout = jax.jit(partial(evaluate.begin, env, evaluation))()
@@ -68,7 +68,7 @@ def simulate(
 
 
 def compare(successes: Successes) -> Comparison:
-    """The counts, and the p-value of McNemar's exact test."""
+    """The counts and the p-value of McNemar's exact test."""
     ours, theirs = successes
     only_ours, only_theirs = int((ours & ~theirs).sum()), int((theirs & ~ours).sum())
     unlike = only_ours + only_theirs

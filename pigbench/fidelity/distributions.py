@@ -1,4 +1,4 @@
-"""Data of a scripted policy beside OGBench's of the same policy: do they come from one law?"""
+"""Whether data of a scripted policy and OGBench's of the same policy have the same distribution."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -21,12 +21,12 @@ from pigbench.errors import lookup
 from pigbench.fidelity.recording import Recording
 from pigbench.fidelity.replay import TOUCH
 
-_CELL = 0.05  # metres, of the grid in which the workspace's coverage is counted
+_CELL = 0.05  # metres, cell size of the grid in which the workspace's coverage is counted
 _LEVEL = 0.01  # metres by which a resting cube may be higher or lower than an edge's length
 
 
 class Episode(NamedTuple):
-    """One episode of T control steps, whoever made it: NumPy's arrays, while simulating JAX's."""
+    """One episode of T control steps from either source: NumPy arrays, or JAX's in simulation."""
 
     cubes: Any  # (T, cubes, 3) metres
     pinch: Any  # (T, 3) metres
@@ -37,9 +37,9 @@ class Episode(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """A quantity of both: means, and the two-sample Kolmogorov-Smirnov test of episodes' means.
+    """A quantity's means in both, and the two-sample Kolmogorov-Smirnov test of episodes' means.
 
-    The episode is the unit: what happens within one is not independent.
+    The episode is the unit, since values within an episode are not independent.
     """
 
     theirs: float
@@ -57,7 +57,7 @@ def _success(episode: Episode) -> np.ndarray:
 
 
 def _stacked(episode: Episode) -> np.ndarray:
-    """Whether some cube rests on another, by control step."""
+    """Whether some cube rests on another, per control step."""
     offset = episode.cubes[:, :, None] - episode.cubes[:, None]
     near = np.linalg.norm(offset[..., :2], axis=-1) < ON_TOP_DISTANCE
     on_top = np.abs(offset[..., 2] - 2 * CUBE_HALF_SIZE) < _LEVEL
@@ -65,7 +65,7 @@ def _stacked(episode: Episode) -> np.ndarray:
 
 
 def _coverage(episode: Episode) -> np.ndarray:
-    """The share of the workspace's cells that the pinch point was in."""
+    """The share of the workspace's cells that the pinch point visited."""
     low, high = np.array(workspace.PINCH.low), np.array(workspace.PINCH.high)
     shape = np.ceil((high - low) / _CELL).astype(int)
     cells = np.floor((np.clip(episode.pinch, low, high) - low) / _CELL).astype(int)
@@ -84,11 +84,11 @@ QUANTITIES: Mapping[str, Callable[[Episode], np.ndarray]] = {
     "size of the gripper's action": lambda episode: np.abs(episode.actions[:, 4]),
     "share of the workspace visited": _coverage,
 }
-"""Name -> its values in an episode, (values,)."""
+"""Name -> the quantity's values in an episode, (values,)."""
 
 
 def compare(theirs: Sequence[Episode], ours: Sequence[Episode]) -> dict[str, Comparison]:
-    """Every quantity that varies at all, by name."""
+    """Compare every quantity that varies at all, by name."""
     comparisons = {}
     for name, values in QUANTITIES.items():
         one, other = (
@@ -103,7 +103,7 @@ def compare(theirs: Sequence[Episode], ours: Sequence[Episode]) -> dict[str, Com
 
 
 def of_recording(scene: Scene, recording: Recording) -> Episode:
-    """A recorded episode of OGBench's."""
+    """A recorded episode from OGBench."""
     poses = recording.qpos[:-1, scene.cubes_qpos].reshape(-1, scene.num_cubes, 7)
     return Episode(
         cubes=poses[..., :3],
@@ -118,7 +118,7 @@ def of_recording(scene: Scene, recording: Recording) -> Episode:
 def simulate(
     env: "envs.CubeEnv", policy_name: str, *, episodes: int, steps: int, seed: int
 ) -> list[Episode]:
-    """Episodes of the policy of that name in our simulation."""
+    """Simulate episodes of the named policy in our simulation."""
     policy: Policy[Any] = lookup("policy", POLICIES, policy_name)(env.scene)
 
     def step(simulation: Simulation) -> tuple[Simulation, Episode]:

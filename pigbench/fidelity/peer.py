@@ -1,4 +1,4 @@
-"""OGBench driven as its users drive it: its environments, and its generator of data."""
+"""OGBench, used as its users do: its environments and its data generator."""
 
 # mujoco's compiled modules carry no types.
 # pyright: reportAttributeAccessIssue=false
@@ -20,7 +20,7 @@ NAME = "ogbench"
 
 Info = dict[str, Any]
 
-# Policy -> module and class of OGBench's oracle; their defaults are those of its data.
+# Policy -> module and class of OGBench's oracle, whose defaults are those of its data.
 _ORACLES = {
     "play": ("ogbench.manipspace.oracles.plan.cube_plan", "CubePlanOracle"),
     "noisy": ("ogbench.manipspace.oracles.markov.cube_markov", "CubeMarkovOracle"),
@@ -28,16 +28,16 @@ _ORACLES = {
 
 
 class Step(NamedTuple):
-    """One control step of OGBench's generator: what its environment said before and after."""
+    """One control step of OGBench's generator, with its environment's info before and after."""
 
     before: Info
     action: np.ndarray  # (5,) in [-1, 1]
     after: Info
-    ended: bool  # whether the sub-task ended with it
+    ended: bool  # whether the sub-task ended with this step
 
 
 def make(environment: str, *, mode: str) -> Any:
-    """OGBench's environment; `mode` is "task" or "data_collection". UserError if it has none."""
+    """OGBench's environment; `mode` is "task" or "data_collection". UserError if there is none."""
     with quiet():
         require("ogbench")  # registers its environments
         gymnasium = require("gymnasium")
@@ -47,7 +47,7 @@ def make(environment: str, *, mode: str) -> Any:
 
 
 def quiet() -> contextlib.AbstractContextManager[object]:
-    """Within it OGBench does not warn of a missing display, nor of its spaces' precision."""
+    """A block in which OGBench warns neither of a missing display nor of its spaces' precision."""
     return warnings.catch_warnings(action="ignore")
 
 
@@ -58,7 +58,7 @@ def oracle(env: Any, policy: str) -> Any:
 
 
 def episode(env: Any, policy: str, *, seed: int) -> Iterator[Step]:
-    """The steps of an episode without end. Draws from NumPy's global stream, as the oracles do."""
+    """Steps of an endless episode. Draws from NumPy's global random stream, as the oracles do."""
     draws = np.random.default_rng(seed)
     stacking = draws.uniform(*STACKING[env._num_cubes])
     noise = draws.uniform(0, MAX_NOISE) * np.array(NOISE_SCALE) * (policy == "noisy")
@@ -80,7 +80,7 @@ def episode(env: Any, policy: str, *, seed: int) -> Iterator[Step]:
 
 
 def place(env: Any, qpos: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Puts the scene at rest at qpos (nq,), its cubes' targets at (num_cubes, 3) metres.
+    """Set the scene at rest to qpos (nq,), and the cubes' targets to (num_cubes, 3) metres.
 
     Returns the observation. The environment must have been reset once.
     """
@@ -88,13 +88,13 @@ def place(env: Any, qpos: np.ndarray, targets: np.ndarray) -> np.ndarray:
     env.data.mocap_pos[env._cube_target_mocap_ids] = targets
     env.set_state(np.asarray(qpos, float), np.zeros(env.model.nv))
     mujoco.mj_rnePostConstraint(env.model, env.data)  # contact forces, as after a step
-    env.pre_step()  # without which there is no observation
+    env.pre_step()  # needed for an observation
     return env.compute_observation()
 
 
 @contextlib.contextmanager
 def numpy_seed(seed: int) -> Iterator[None]:
-    """NumPy's global stream, which OGBench's oracles use, begins at `seed` and is put back."""
+    """Seed NumPy's global stream, which OGBench's oracles use, and restore it afterwards."""
     before = np.random.get_state()
     np.random.seed(seed)
     try:
@@ -104,7 +104,7 @@ def numpy_seed(seed: int) -> Iterator[None]:
 
 
 def require(module: str) -> Any:
-    """The module of OGBench's or of what it needs; UserError if it is not installed."""
+    """A module of OGBench or of its dependencies. Raises UserError if it is not installed."""
     try:
         return importlib.import_module(module)
     except ImportError:

@@ -1,4 +1,4 @@
-"""Episodes of OGBench's generator, in OGBench's physics, with all that it takes to replay them."""
+"""Episodes of OGBench's generator in OGBench's physics, with all that is needed to replay them."""
 
 import itertools
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ _REPORT_EVERY = 100  # control steps
 
 
 class Recording(NamedTuple):
-    """One episode of T control steps; states are those before each step, and the last one.
+    """One episode of T control steps, with the states before each step and the last one.
 
     `contact` is the gripper's contact number and `opening` its opening, both in [0, 1].
     """
@@ -30,7 +30,7 @@ class Recording(NamedTuple):
     ended: np.ndarray  # (T,) bool: the sub-task ended with this step
     success: np.ndarray  # (T,) bool: its cube is then at its target
     cube: np.ndarray  # (T,) the sub-task's cube
-    target: np.ndarray  # (T, 3) metres, where it should go
+    target: np.ndarray  # (T, 3) metres, that cube's target
 
 
 def record(
@@ -42,7 +42,7 @@ def record(
     seed: int,
     report: Callable[[int], object] = lambda _: None,
 ) -> list[Recording]:
-    """`episodes` episodes of `steps` control steps; `report` is told how many more are done."""
+    """Record episodes of `steps` control steps; `report` is called with how many more are done."""
     env = peer.make(environment, mode="data_collection")
     recordings = []
     for number in range(episodes):

@@ -1,4 +1,4 @@
-"""Recorded actions of OGBench applied here, from the same states: how far apart do we come out?"""
+"""Replay of OGBench's recorded actions from the same states, and the resulting differences."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,13 +22,13 @@ from pigbench.envs.tasks import SUCCESS_DISTANCE
 from pigbench.fidelity.recording import Recording
 
 WINDOW = 50  # control steps
-TOUCH = 0.01  # contact number from which the gripper touches something
-LIFTED = 2 * CUBE_HALF_SIZE  # metres above the table from which a cube's centre is up
+TOUCH = 0.01  # contact above which the gripper touches something
+LIFTED = 2 * CUBE_HALF_SIZE  # metres above the table beyond which a cube's centre is lifted
 SITUATIONS = FREE, TOUCHING, CARRYING = "free", "touching", "carrying"
 
 
 class Motion(NamedTuple):
-    """What is compared, of N simulations after each of T control steps."""
+    """The compared quantities of N simulations after each of T control steps."""
 
     pinch_pos: np.ndarray  # (T, N, 3) metres
     opening: np.ndarray  # (T, N)
@@ -38,7 +38,7 @@ class Motion(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """How far apart two motions are, arrays (T, N): of cubes, the farthest."""
+    """Differences between two motions, (T, N); those of cubes are the largest over cubes."""
 
     pinch: np.ndarray  # metres
     opening: np.ndarray
@@ -48,14 +48,14 @@ class Errors(NamedTuple):
 
 
 class Windows(NamedTuple):
-    """Stretches of WINDOW control steps, N of them, and how far apart we come out in each."""
+    """N windows of T = WINDOW control steps, and the errors in each."""
 
     situations: np.ndarray  # (T, N): FREE, TOUCHING or CARRYING at some time so far
     errors: Errors
 
 
 class Outcomes(NamedTuple):
-    """Sub-tasks from beginning to end, N of them, arrays (N,) bool: as recorded, and as here."""
+    """Outcomes of N whole sub-tasks, (N,) bool: as recorded, and as replayed here."""
 
     grasped: np.ndarray
     placed: np.ndarray
@@ -64,7 +64,7 @@ class Outcomes(NamedTuple):
 
 
 def windows(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Windows:
-    """Replays consecutive stretches of all recordings, which have no step in common."""
+    """Replay consecutive, disjoint windows of all recordings."""
     places = [
         (recording, begin)
         for recording in recordings
@@ -76,7 +76,7 @@ def windows(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Windows:
 
 
 def outcomes(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Outcomes:
-    """Replays whole sub-tasks; those that an episode's end cuts off are left out."""
+    """Replay whole sub-tasks; those cut off by an episode's end are left out."""
     places, lengths = [], []
     for recording in recordings:
         ends = np.flatnonzero(recording.ended) + 1
@@ -90,11 +90,11 @@ def outcomes(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Outcomes:
 
 
 Places = Sequence[tuple[Recording, int]]
-"""Recordings and the rows in them from which they are replayed."""
+"""Recordings and the rows from which they are replayed."""
 
 
 def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
-    """Our simulations, from the recorded states and under the recorded actions."""
+    """Simulate here from the recorded states, with the recorded actions."""
     blank = jax.device_get(jax.jit(env.physics.init)(jnp.asarray(env.scene.home_qpos)))
     starts = [_start(blank, recording, row) for recording, row in places]
     states = jax.tree.map(lambda *leaves: np.stack(leaves), *starts)
@@ -120,7 +120,7 @@ def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
 
 
 def _start(blank: PhysicsState, recording: Recording, row: int) -> PhysicsState:
-    """The recorded state, with what a control step leaves behind for the next one."""
+    """The recorded state, with what a control step passes on to the next."""
     return replace(
         blank,
         qpos=np.float32(recording.qpos[row]),
@@ -148,7 +148,7 @@ def _recorded(scene: Scene, places: Places, steps: int) -> Motion:
 
 
 def _stretch(rows: np.ndarray, begin: int, steps: int) -> np.ndarray:
-    """So many rows from `begin`; after the last one, that one again."""
+    """`steps` rows from `begin`; the last row is repeated beyond the end."""
     return rows[np.minimum(np.arange(begin, begin + steps), len(rows) - 1)]
 
 
@@ -156,7 +156,7 @@ def _errors(ours: Motion, theirs: Motion) -> Errors:
     def distance(name: str) -> np.ndarray:
         return np.linalg.norm(getattr(ours, name) - getattr(theirs, name), axis=-1)
 
-    # A quaternion and its negative are one orientation.
+    # A quaternion and its negative are the same orientation.
     chords = [np.linalg.norm(ours.cube_quat + s * theirs.cube_quat, axis=-1) for s in (1, -1)]
     return Errors(
         pinch=distance("pinch_pos"),
@@ -175,7 +175,7 @@ def _situations(motion: Motion) -> np.ndarray:
 
 
 def _outcome(motion: Motion, places: Places, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whether the sub-task's cube was ever lifted, and whether it came to its target."""
+    """Whether the sub-task's cube was ever grasped, and whether it ended at its target."""
     number = np.arange(len(places))
     cubes = np.array([recording.cube[row] for recording, row in places])
     targets = np.array([recording.target[row] for recording, row in places])

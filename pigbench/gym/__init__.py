@@ -1,4 +1,4 @@
-"""The environments as Gymnasium has them: `gymnasium.make("pigbench/cube-double-v0")`.
+"""The environments in Gymnasium: `gymnasium.make("pigbench/cube-double-v0")`.
 
 `gymnasium.make_vec("pigbench/cube-double-v0", num_envs=64)` steps a whole batch at once.
 """
@@ -11,12 +11,12 @@ VERSION = "v0"
 
 
 def env_id(name: str) -> str:
-    """Gymnasium's id of an environment."""
+    """An environment's id in Gymnasium."""
     return f"pigbench/{name}-{VERSION}"
 
 
 def register() -> None:
-    """Make the environments known to Gymnasium; once is enough."""
+    """Register the environments with Gymnasium, unless this has been done."""
     for name, spec in envs.SPECS.items():
         if env_id(name) not in gymnasium.registry:
             gymnasium.register(

@@ -1,4 +1,4 @@
-"""What one environment and a batch have in common: spaces, what is seen of goals, and pictures."""
+"""What one environment and a batch have in common: spaces, goal representations and pictures."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -22,10 +22,10 @@ METADATA = {"render_modes": [RENDER_MODE], "render_fps": round(1 / CONTROL_STEP)
 
 
 class Simulation:
-    """An environment's functions, compiled, and its spaces.
+    """An environment's compiled functions and its spaces.
 
-    `goals` is what is seen of a goal, the whole state or the cubes' positions ("cubes"); pictures
-    are `height` by `width` pixels.
+    `goals` is the representation of goals: the whole state ("state") or the cubes' positions
+    ("cubes"). Pictures are `height` by `width` pixels.
 
     Raises UserError for an unknown environment, engine, profile, kind of goals or render mode.
     """
@@ -56,11 +56,11 @@ class Simulation:
         self._renderer: Renderer | None = None
 
     def keys(self, draws: np.random.Generator, count: int) -> jax.Array:
-        """As many random keys, (count,)."""
+        """`count` random keys, (count,)."""
         return jax.random.split(seeds.key(int(draws.integers(2**32))), count)
 
     def tasks(self, draws: np.random.Generator, options: Mapping[str, Any], count: int) -> Any:
-        """The tasks' ids, (count,): those of `options`, or drawn. Raises UserError for others."""
+        """Task ids (count,) from `options`, or else drawn. Raises UserError for invalid ids."""
         last = self.env.num_tasks
         if "task_id" not in options:
             return draws.integers(1, last + 1, count)
@@ -69,29 +69,29 @@ class Simulation:
         if not known or tasks.shape not in ((), (count,)):
             raise UserError(
                 f"task_id is {options['task_id']!r}: {self.env.spec.name} has tasks 1 to {last}, "
-                "and an id is for all environments or for one each"
+                "and takes one id for all environments or one for each"
             )
         return np.broadcast_to(tasks, (count,))
 
     def actions(self, given: Any, count: int) -> np.ndarray:
-        """They as an array (count, action_size). Raises UserError for another shape."""
+        """`given` as an array (count, action_size). Raises UserError for another shape."""
         actions, shape = np.asarray(given, np.float32), (count, self.env.action_size)
         if actions.shape != shape:
-            raise UserError(f"actions have the shape {actions.shape}: it must be {shape}")
+            raise UserError(f"actions have shape {actions.shape}: it must be {shape}")
         return actions
 
     def goals(self, states: State) -> np.ndarray:
-        """What is seen of the goals, (count, ...)."""
+        """The goals' representations, (count, ...)."""
         return np.asarray(self.represent(states.info["goal"]))
 
     def draw(self, states: State, index: int) -> np.ndarray:
-        """A picture of a state, its goal translucent: (height, width, 3) in uint8."""
+        """A picture of a state with a translucent goal, (height, width, 3) uint8."""
         physics: PhysicsState = states.pipeline_state  # pyright: ignore[reportAssignmentType]
         target = np.asarray(states.info["target"][index])
         return self._draw(np.asarray(physics.qpos[index]), target)
 
     def draw_goal(self, states: State, index: int) -> np.ndarray:
-        """A picture of the goal, (height, width, 3): arm and cubes as it has them, gripper open."""
+        """A picture of the goal, (height, width, 3): its arm and cubes, with the gripper open."""
         goal, layout, scene = states.info["goal"][index], self.env.layout, self.env.scene
         cubes = jnp.concatenate(
             [
@@ -107,7 +107,7 @@ class Simulation:
         return self._draw(np.asarray(qpos.at[scene.cubes_qpos].set(cubes)), None)
 
     def close(self) -> None:
-        """Give back what drawing holds."""
+        """Release the renderer's resources."""
         if self._renderer is not None:
             self._renderer.__exit__()
             self._renderer = None
@@ -121,5 +121,5 @@ class Simulation:
 
 
 def observations(states: State) -> np.ndarray:
-    """Those of a batch, (count, observation_size)."""
+    """The observations of a batch, (count, observation_size)."""
     return np.asarray(states.obs)

@@ -11,12 +11,12 @@ from pigbench.gym.simulation import METADATA, Simulation, observations
 
 
 class SingleEnv(gymnasium.Env):
-    """A `gymnasium.Env`. Its time limit is `gymnasium.make`'s wrapper.
+    """A `gymnasium.Env`. Its time limit is enforced by `gymnasium.make`'s wrapper.
 
-    `reset` takes the options `task_id`, 1 to 5, by default drawn, and `render_goal`; its `info` has
-    "goal", and "goal_rendered" where that was asked for. `step` rewards success with 1, which ends
-    the episode; a simulation that diverges truncates it. Options of the constructor are those of
-    `Simulation`.
+    `reset` takes the options `task_id`, from 1 to the number of tasks and drawn by default, and
+    `render_goal`; its `info` has "goal", and "goal_rendered" if requested. `step` rewards success
+    with 1, which ends the episode; a diverging simulation truncates it. The constructor's options
+    are those of `Simulation`.
     """
 
     metadata = METADATA
@@ -43,7 +43,7 @@ class SingleEnv(gymnasium.Env):
         return observations(states)[0], info
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """One control step of 0.05 s."""
+        """Do one control step of 0.05 s."""
         actions = self._simulation.actions([action], 1)
         states: State = self._simulation.step(self._begun(), actions)
         self._states = states
@@ -52,11 +52,11 @@ class SingleEnv(gymnasium.Env):
         return observations(states)[0], float(states.reward[0]), info["success"], truncated, info
 
     def render(self) -> Any:
-        """A picture of the state, or nothing where no render mode was chosen."""
+        """A picture of the state, or None without a render mode."""
         return None if self.render_mode is None else self._simulation.draw(self._begun(), 0)
 
     def close(self) -> None:
-        """Give back what drawing holds."""
+        """Release the renderer's resources."""
         self._simulation.close()
 
     def _begun(self) -> State:

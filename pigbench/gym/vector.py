@@ -15,11 +15,11 @@ from pigbench.gym.simulation import METADATA, Simulation, observations
 
 
 class BatchEnv(VectorEnv):
-    """A `gymnasium.vector.VectorEnv`, without autoreset: an episode that is over stays as it is.
+    """A `gymnasium.vector.VectorEnv` without autoreset: an episode that is over stays as it is.
 
-    `reset` takes the options `task_id`, one or one an environment, and `reset_mask` (num_envs,) of
-    the environments to start anew, by default all. Otherwise as `SingleEnv`, with a number an
-    environment.
+    `reset` takes the options `task_id`, one for all or one per environment, and `reset_mask`
+    (num_envs,) of the environments to restart, by default all. Otherwise like `SingleEnv`, with one
+    value per environment, but without `render_goal`.
     """
 
     metadata = METADATA | {"autoreset_mode": AutoresetMode.DISABLED}
@@ -49,10 +49,10 @@ class BatchEnv(VectorEnv):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Start a task in every environment, or in those of the mask.
 
-        Raises UserError for a seed, a task's id or a mask that cannot be.
+        Raises UserError for an invalid seed, task id or mask.
         """
         if not isinstance(seed, int | np.integer | None):
-            raise UserError(f"seed is {seed!r}: it is one integer, for all environments")
+            raise UserError(f"seed is {seed!r}: it must be one integer for all environments")
         super().reset(seed=seed)
         options = options or {}
         tasks = self._simulation.tasks(self.np_random, options, self.num_envs)
@@ -67,7 +67,7 @@ class BatchEnv(VectorEnv):
     def step(
         self, actions: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """One control step of 0.05 s of the episodes that are not over."""
+        """Do one control step of 0.05 s in the episodes that are not over."""
         states = self._begun()
         over = np.asarray(states.done, bool) | (self._lengths >= self._limit)
         after = self._simulation.step(states, self._simulation.actions(actions, self.num_envs))
@@ -79,20 +79,20 @@ class BatchEnv(VectorEnv):
         return observations(states), np.asarray(states.reward), info["success"], truncated, info
 
     def render(self) -> Any:
-        """A picture an environment, or nothing where no render mode was chosen."""
+        """One picture per environment, or None without a render mode."""
         if self.render_mode is None:
             return None
         return tuple(self._simulation.draw(self._begun(), i) for i in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Give back what drawing holds."""
+        """Release the renderer's resources."""
         self._simulation.close()
 
     def _mask(self, given: Any) -> np.ndarray:
         mask = np.asarray(given)
         if mask.dtype != bool or mask.shape != (self.num_envs,):
             raise UserError(
-                f"reset_mask is {mask.dtype} of the shape {mask.shape}: it must be bool, "
+                f"reset_mask is {mask.dtype} of shape {mask.shape}: it must be bool of shape "
                 f"({self.num_envs},)"
             )
         return mask
@@ -113,7 +113,7 @@ class BatchEnv(VectorEnv):
 
 @jax.jit
 def _choose(mask: jax.Array, chosen: State, others: State) -> State:
-    """Of each environment the one state or the other."""
+    """The first state where `mask` is true, else the second, per environment."""
     return jax.tree.map(
         lambda x, y: jnp.where(mask.reshape(-1, *[1] * (x.ndim - 1)), x, y), chosen, others
     )
