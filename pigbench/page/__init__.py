@@ -1,1 +1,1 @@
-"""One page of what runs achieved, with all that is needed to trust and repeat it."""
+"""A page of the results of runs, with all that is needed to trust and repeat them."""

@@ -1,4 +1,4 @@
-"""What a page is of: trainings, however far they are, from their files alone."""
+"""The training runs that a page shows, finished or not, read from their files alone."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -15,16 +15,16 @@ from pigbench.training.run import Run, read_run
 
 
 class Saved(NamedTuple):
-    """A run and its evaluation episodes, perhaps none yet."""
+    """A run and its evaluation episodes, of which there may be none yet."""
 
     run: Run
     episodes: Sequence[Episode]
 
 
 class Entry(NamedTuple):
-    """A training: its state, its updates so far and in the end, its last success in percent.
+    """A training run: its state, its updates so far and in total, its last success in percent.
 
-    `saved` is None where nothing can be read yet.
+    `saved` is None if nothing can be read yet.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Entry(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is trained and evaluated to its end."""
+        """Whether it is trained and evaluated to the end."""
         return self.state == DONE
 
     @property
@@ -46,9 +46,9 @@ class Entry(NamedTuple):
 
 
 def read(folders: Iterable[Path]) -> list[Entry]:
-    """The trainings in the folders of runs and of suites.
+    """The training runs in the folders of runs and of suites.
 
-    Raises UserError when a folder is of neither, or a run's files are torn.
+    Raises UserError if a folder is neither, or if a run's files are torn.
     """
     return [
         entry
@@ -58,7 +58,7 @@ def read(folders: Iterable[Path]) -> list[Entry]:
 
 
 def is_suite(folder: Path) -> bool:
-    """Whether a suite lies in the folder."""
+    """Whether the folder contains a suite."""
     return (folder / spec.KEPT).exists()
 
 
@@ -80,7 +80,7 @@ def _of_suite(folder: Path) -> Iterator[Entry]:
         except UserError:
             if state == DONE:
                 raise
-            saved = None  # nothing is there yet, or what made it fail
+            saved = None  # nothing is there yet, or its files are what made it fail
         yield Entry(cell.name, state, steps, cell.environment.steps, success, saved)
 
 

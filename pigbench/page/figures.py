@@ -1,7 +1,7 @@
-"""Interactive figures of one environment, by Bokeh, as JSON that its script draws.
+"""Interactive Bokeh figures of one environment, as JSON that Bokeh's script draws.
 
-What is of a method bears its name, by which a page hides and shows it. What changes its colour
-between light and dark bears both as its tag.
+Models of a method are named after it, so that a page can hide and show them. Models whose colours
+differ between light and dark ground are tagged with both.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,7 +32,7 @@ _GROUND = Shade("#ffffff", "#1d1f25")
 _FONT = "system-ui, sans-serif"
 _TOOLS = "xpan,box_zoom,reset,save"
 _AXIS = 80  # pixels
-_BAR = 9  # at the least
+_BAR = 9  # at least
 _LETTER = 8
 _GAP = 1.4  # bars, between groups
 _TOOLTIPS = [("", "@method"), ("value", "@shown"), ("seeds", "@seeds")]
@@ -43,7 +43,7 @@ Json = dict[str, Any]
 def curves(
     finished: Mapping[str, Sequence[Result]], unfinished: Mapping[str, Sequence[Result]]
 ) -> Json:
-    """Success over training, each by method: means over seeds, and runs that go on, one by one.
+    """Success over training by method: means over seeds, and unfinished runs one by one.
 
     The band is one standard deviation to each side.
     """
@@ -72,9 +72,9 @@ def curves(
 
 
 def bars(groups: Mapping[str, Groups], quantity: str) -> Json:
-    """A bar for each method in each group, with a whisker of one standard deviation each way.
+    """One bar per method in each group, with a whisker of one standard deviation each way.
 
-    A dash stands in the place of a bar that is not known.
+    A dash takes the place of an unknown bar.
     """
     names = list(dict.fromkeys(name for own in groups.values() for name in own))
     places = [(name, method) for name in names for method in groups]
@@ -88,7 +88,7 @@ def bars(groups: Mapping[str, Groups], quantity: str) -> Json:
     plot.xgrid.visible = False
     axis: Any = plot.xaxis[0]
     axis.update(
-        major_label_text_font_size="0px",  # the legend tells methods
+        major_label_text_font_size="0px",  # the legend names the methods
         major_tick_line_color=None,
         group_text_font=_FONT,
         group_text_font_style="normal",
@@ -138,7 +138,7 @@ def _figure(**options: Any) -> figure:
 
 
 def _axis(axis: Any) -> dict[str, Shade]:
-    """The colours of an axis; of none of its ticks if it has no ticks."""
+    """The colours of an axis, including those of its ticks if it has any."""
     names = ["axis_label_text_color", "major_label_text_color"]
     return (
         dict.fromkeys(names, _INK)
@@ -148,7 +148,7 @@ def _axis(axis: Any) -> dict[str, Shade]:
 
 
 def _line(plot: figure, method: str, data: Mapping[str, Any], alpha: float = 1.0) -> Any:
-    """A method's curve; its marks, which tell of themselves."""
+    """Draw a method's curve; returns its marks, which get tooltips."""
     own, source = look(method), ColumnDataSource(dict(data))
     dash = [round(float(length)) for length in own.dash.split()]
     line = plot.line(
@@ -202,7 +202,7 @@ def _dashes(plot: figure, method: str, places: Sequence[tuple[str, str]]) -> Non
 
 
 def _columns(method: str, estimates: Iterable[Estimate]) -> dict[str, list[Any]]:
-    """What a figure and its tooltips show of estimates."""
+    """The columns of estimates that a figure and its tooltips show."""
     estimates = list(estimates)
     return {
         "method": [method] * len(estimates),
@@ -227,7 +227,7 @@ def _interval(estimate: Estimate) -> str:
 
 
 def _shade(model: Model, **shades: Shade) -> None:
-    """Gives a model its colours on light ground, and as its tag those on either."""
+    """Give a model its colours on light ground, and tag it with those on light and dark."""
     model.update(**{name: shade.light for name, shade in shades.items()})
     model.tags = [{name: list(shade) for name, shade in shades.items()}]
 

@@ -1,4 +1,4 @@
-"""Which films a page shows: a success and a failure of each task, where there are any."""
+"""The films that a page shows: a success and a failure of each task, if there are any."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -10,7 +10,7 @@ OUTCOMES = ("success", "failure")
 
 
 class Film(NamedTuple):
-    """An evaluation episode of a run, of a method and a seed, after a training step."""
+    """A film of an evaluation episode, labelled with method and seed, after a training step."""
 
     task: str
     outcome: str
@@ -20,7 +20,7 @@ class Film(NamedTuple):
 
 
 def choose(results: Sequence[Result]) -> list[Film]:
-    """In order of tasks, a success and a failure of each: the latest of the first run with one."""
+    """The latest success and failure of each task, by task; of equal steps, the first run's."""
     found: dict[tuple[str, str], Film] = {}
     for film in (film for result in results for film in _of(result)):
         known = found.get((film.task, film.outcome))
@@ -30,7 +30,7 @@ def choose(results: Sequence[Result]) -> list[Film]:
 
 
 def _of(result: Result) -> Iterator[Film]:
-    """The run's films, as `training.films` writes them."""
+    """The run's films, as written by `training.films`."""
     config = result.run.config
     for path in sorted(result.run.films_path.glob("*/*.mp4")):
         task, _, outcome = path.stem.rpartition("-")

@@ -1,17 +1,17 @@
-"""How methods look on a page, by day and by night."""
+"""Looks of methods on a page, in its light and its dark theme."""
 
 from typing import NamedTuple
 
 from pigbench.report.styles import BLACK, WINE, style
 
 DARK = {BLACK: "#E4E4E4", WINE: "#C2608F"}
-"""What takes the place of colours that cannot be told from a dark ground."""
+"""Replacements for colours that do not stand out from a dark ground."""
 
 DASHES = {"-": "", "--": "7 4", "-.": "7 3 1.5 3", ":": "1.5 3"}
-"""Lengths of a line's strokes and gaps, in pixels."""
+"""Lengths of a line's strokes and gaps in pixels."""
 
 HATCHES = {"-": "blank", "--": "right_diagonal_line", "-.": "dot", ":": "cross"}
-"""What a line is as the filling of a bar, as Bokeh calls it."""
+"""The filling of a bar for each line style, by Bokeh's name."""
 
 MARKERS = {
     "o": "circle",
@@ -23,7 +23,7 @@ MARKERS = {
     "x": "x",
     "*": "star",
 }
-"""Marks of evaluations, as Bokeh calls them; and the fillings of variants' bars."""
+"""Marks of evaluations, by Bokeh's names."""
 
 VARIANTS = {
     "D": "vertical_line",
@@ -37,14 +37,14 @@ VARIANTS = {
 
 
 class Shade(NamedTuple):
-    """A colour on light ground and on dark."""
+    """A colour on light ground and on dark ground."""
 
     light: str
     dark: str
 
 
 class Look(NamedTuple):
-    """How a method is drawn: colour, strokes and gaps of its line, mark, filling of its bars."""
+    """A method's colour, its line's strokes and gaps, its mark, and its bars' filling."""
 
     shade: Shade
     dash: str
@@ -53,7 +53,7 @@ class Look(NamedTuple):
 
 
 def look(method: str) -> Look:
-    """The method's style in all pictures, as a page has it."""
+    """The method's style in all pictures, in the form that a page needs."""
     own = style(method)
     return Look(
         Shade(own.color, DARK.get(own.color, own.color)),

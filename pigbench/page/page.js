@@ -6,7 +6,7 @@ const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : syste
 
 const figures = () => Bokeh.documents.flatMap((doc) => doc.roots());
 
-// Models bear, as their tag, the colours of their properties on light ground and on dark.
+// Models are tagged with the colours of their properties on light and on dark ground.
 function paint(figure) {
   for (const model of figure.references()) {
     for (const shades of model.tags ?? []) {
@@ -27,7 +27,7 @@ document.querySelector(".theme").addEventListener("click", () => {
 });
 systemDark.addEventListener("change", showTheme);
 
-// A click on a method hides it in every figure, and shows it again.
+// A click on a method hides it in every figure; another shows it again.
 for (const button of document.querySelectorAll(".legend button")) {
   button.addEventListener("click", () => {
     const shown = button.getAttribute("aria-pressed") !== "true";
@@ -40,7 +40,7 @@ for (const button of document.querySelectorAll(".legend button")) {
   });
 }
 
-// Numbers from the highest, words by alphabet; again for the other way; what is missing last.
+// Numbers in descending order, words in alphabetical order, then reversed; missing values last.
 function sort(table, column, header) {
   const body = table.tBodies[0];
   const key = (row) => row.cells[column].dataset.value;

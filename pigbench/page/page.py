@@ -1,4 +1,4 @@
-"""The page's file: its content in its template, with all scripts and styles in it."""
+"""The page's file: its content in a template, with all scripts and styles included."""
 
 import json
 import re
@@ -27,14 +27,14 @@ _HEADLINE = "methods"
 def write(
     folders: Sequence[Path], out: Path, *, order: Sequence[str] = (), scoring: Scoring | None = None
 ) -> Path:
-    """Makes the page of runs and suites in the folder `out`, with its films; returns its file.
+    """Write the page of runs and suites into the folder `out`, with its films; returns its file.
 
-    Raises UserError when there are none, when those that are done are not comparable, and as
+    Raises UserError if there are none, if the finished ones are not comparable, and like
     `place.replacing`.
     """
     found = entries.read(folders)
     if not found:
-        raise UserError("no runs are given: name the folder of one or more, or of a suite")
+        raise UserError("no runs are given: name the folders of one or more, or of a suite")
     scoring = scoring or Scoring()
     done = [entry.result for entry in found if entry.done and entry.result]
     unfinished = [entry.result for entry in found if not entry.done and entry.result]
@@ -42,7 +42,7 @@ def write(
     methods = {result.run.config.label for result in [*done, *unfinished]}
     shown = set(tables.telling(done) if done else ()) - {*TABLES}
     if len(told) == 1:
-        shown -= {"aggregate"}  # it is of environments
+        shown -= {"aggregate"}  # it is over environments
     made = {
         name: tables.TABLES[name](done, order=order, scoring=scoring)
         for name in tables.TABLES
@@ -70,7 +70,7 @@ def write(
 
 
 def _titles(folders: Sequence[Path], told: Sequence[Section]) -> list[str]:
-    """The suites' names, or else those of environments."""
+    """The names of the suites, or else of the environments."""
     suites = [folder.resolve().name for folder in folders if entries.is_suite(folder)]
     return suites or [section.environment for section in told] or ["runs"]
 
@@ -83,7 +83,7 @@ def _render(**content: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    # Bokeh reads an object's fields in their order, which Jinja's own settings do not keep.
+    # Bokeh depends on the order of an object's fields, which Jinja's defaults do not keep.
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     environment.tests["digest"] = re.compile(r"[0-9a-f]{40,}").fullmatch
     environment.filters |= {
@@ -103,12 +103,12 @@ def _copy_films(told: Sequence[Section], folder: Path) -> None:
 
 
 def _breakable(name: str) -> Markup:
-    """A dotted name or a path that may go on in the next line after a dot or a slash."""
+    """A dotted name or a path in which a line may break after a dot or a slash."""
     return Markup("<wbr>").join(re.split(r"(?<=[./])", name))
 
 
 def _plain(value: Any) -> str:
-    """A value of a configuration as a reader wants it: text without quotes, a dash for none."""
+    """A value of a configuration for readers: text without quotes, a dash for None."""
     if value is None:
         return "–"
     return value if isinstance(value, str) else json.dumps(value)

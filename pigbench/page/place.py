@@ -1,4 +1,4 @@
-"""Where a page lies: a folder of its own."""
+"""The place of a page: a folder of its own."""
 
 import contextlib
 from collections.abc import Iterator
@@ -8,11 +8,11 @@ from pigbench.errors import UserError
 from pigbench.support import files
 
 PAGE, FILMS = "index.html", "films"
-"""What is in the folder: the page's file, and the folder of its films if it has any."""
+"""Contents of the folder: the page's file, and a folder of films if it has any."""
 
 
 def require_own(out: Path) -> None:
-    """Raises UserError unless a page can be written there: it replaces nothing but a page."""
+    """Raise UserError unless a page can be written there: it replaces nothing but a page."""
     files.require_folder(out)
     if out.is_dir() and not {PAGE, FILMS}.issuperset(path.name for path in out.iterdir()):
         raise UserError(f"{out} is not an empty folder and holds no report: choose another")
@@ -20,7 +20,7 @@ def require_own(out: Path) -> None:
 
 @contextlib.contextmanager
 def replacing(out: Path) -> Iterator[Path]:
-    """An empty folder for a page, which takes the place of `out`. Raises as `require_own`."""
+    """An empty folder for a page, which then replaces `out`. Raises like `require_own`."""
     require_own(out)
     with files.replacing_folder(out) as folder:
         yield folder

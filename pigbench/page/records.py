@@ -1,4 +1,4 @@
-"""How a page's runs were made: their configurations, their provenance and the commands."""
+"""The records of how a page's runs were made: configurations, provenance and commands."""
 
 import dataclasses
 import json
@@ -17,14 +17,15 @@ from pigbench.support import files, typed
 from pigbench.support.compare import flatten, split
 from pigbench.training.run import PROVENANCE_FILE, Run, read_run
 
-_NAMED = 3  # runs, where more have the same provenance
+_NAMED = 3  # runs named, if more have the same provenance
 _COMMAND = "command"
 
 
 class Fields(NamedTuple):
-    """Values by field, one a column, whose header has lines: None where it has no such field.
+    """Values by field, one per column; None if a column lacks the field. Headers have lines.
 
-    Of `shared` a single one, which all columns have. Those that have one of `partial` agree in it.
+    Fields of `shared` have a single value, common to all columns. Fields of `partial` are missing
+    in some columns and equal in the others.
     """
 
     columns: Sequence[Sequence[str]]
@@ -34,14 +35,14 @@ class Fields(NamedTuple):
 
 
 class Commands(NamedTuple):
-    """Commands, and what they made."""
+    """Commands, under a title that says what they made."""
 
     title: str
     lines: Sequence[str]
 
 
 def configurations(runs: Sequence[Run], order: Sequence[str]) -> dict[str, Mapping[str, Any]]:
-    """What identifies each cell, by its name: environments and methods of each in order."""
+    """The configuration of each cell by its name, in order of environments and then of methods."""
     cells = stats.grouped(runs, lambda run: Cell(run.config.label, run.config.environment))
     return {
         f"{environment} {method}": _configuration(cells[Cell(method, environment)])
@@ -58,7 +59,7 @@ def _configuration(runs: Sequence[Run]) -> dict[str, Any]:
 
 
 def compared(configs: Mapping[str, Mapping[str, Any]]) -> Fields:
-    """The fields of configurations, by cell."""
+    """The fields of configurations by cell."""
     return _fields([name.split(" ", 1) for name in configs], list(configs.values()))
 
 
@@ -80,14 +81,14 @@ def _had(values: Sequence[Any]) -> list[Any]:
 
 
 def provenance(runs: Sequence[Run]) -> Fields:
-    """The fields of provenance but for commands; a column for all runs that agree in them."""
+    """The fields of provenance except commands; runs that agree in all of them share a column."""
     groups = stats.grouped(runs, lambda run: json.dumps(_origin(run)))
     columns = [_names(group) for group in groups.values()]
     return _fields(columns, [json.loads(origin) for origin in groups])
 
 
 def commands(folders: Sequence[Path]) -> list[Commands]:
-    """The command that makes this page, and those that made what it is of, as far as is known."""
+    """The command that makes this page, and those that made what it shows, as far as is known."""
     made = [Commands("This page", [typed.command()])]
     alone = [read_run(folder) for folder in folders if not is_suite(folder)]
     typed_for = [(run, _typed(run)) for run in alone]
@@ -96,7 +97,7 @@ def commands(folders: Sequence[Path]) -> list[Commands]:
         made.append(Commands("Its runs", list(dict.fromkeys(lines))))
     unknown = [str(run.path) for run, own in typed_for if not own]
     if unknown:
-        made.append(Commands("Runs from before commands were kept", unknown))
+        made.append(Commands("Runs from before commands were recorded", unknown))
     for folder in filter(is_suite, folders):
         suite = spec.read_kept(folder / spec.KEPT)
         every = [
@@ -118,7 +119,7 @@ def _names(runs: Sequence[Run]) -> list[str]:
 
 
 def _kept(run: Run) -> Iterator[tuple[str, Any]]:
-    """The fields of the run's provenance, their names dotted; none if it has none."""
+    """The fields of the run's provenance, with dotted names; empty if there is none."""
     path = run.path / PROVENANCE_FILE
     return flatten(files.read_json(path) if path.exists() else {})
 
@@ -128,7 +129,7 @@ def _origin(run: Run) -> dict[str, Any]:
 
 
 def _typed(run: Run) -> list[str]:
-    """The commands that made and extended the run, none if it is from before they were kept."""
+    """The commands that made and extended the run; empty if none were recorded."""
     return [value for name, value in _kept(run) if _is_command(name)]
 
 

@@ -1,4 +1,4 @@
-"""What a page tells of one environment."""
+"""A page's sections, one per environment."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from pigbench.report.scoring import Scoring, by_stage, by_task
 from pigbench.report.stats import Result
 
 TABLES = ("tasks", "milestones", "thresholds")
-"""Those of `tables.TABLES` that are of tasks, or whose rows are an environment's methods."""
+"""Tables from `tables.TABLES` that concern tasks, or whose rows are an environment's methods."""
 
 
 class Figure(NamedTuple):
@@ -26,7 +26,7 @@ class Figure(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """Figures and tables of one environment, and films by their files' names beside the page."""
+    """Figures, tables and films of one environment; films are keyed by file name."""
 
     environment: str
     figures: Sequence[Figure]
@@ -37,9 +37,9 @@ class Section:
 def sections(
     done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
 ) -> list[Section]:
-    """A section an environment, in order. Of what is unfinished there are curves and films alone.
+    """One section per environment, in order. Unfinished runs appear only in curves and films.
 
-    Raises UserError when what is done is not comparable.
+    Raises UserError if the finished runs are not comparable.
     """
     mine = stats.grouped(done, _environment)
     going_on = stats.grouped(unfinished, _environment)
@@ -75,15 +75,15 @@ def _figures(
     finished = _by_method(done, order)
     yield Figure(
         "Success over training",
-        "Mean over seeds in a band of one standard deviation to each side."
-        + (" Faint: runs that are not finished, one by one." if unfinished else ""),
+        "Mean over seeds, in a band of one standard deviation to each side."
+        + (" Faint: unfinished runs, one by one." if unfinished else ""),
         figures.curves(finished, _by_method(unfinished, order)),
     )
     if finished:
         how = f"{scoring.wording.capitalize()}; whiskers: one standard deviation over seeds."
         for title, groups, quantity in (
             ("Success on each task", by_task, "success (%)"),
-            ("How far episodes came", by_stage, "episodes (%)"),
+            ("How far episodes got", by_stage, "episodes (%)"),
         ):
             found = {method: groups(group, scoring) for method, group in finished.items()}
             yield Figure(title, how, figures.bars(found, quantity))

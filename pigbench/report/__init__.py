@@ -1,1 +1,1 @@
-"""What runs achieved: statistics, tables and pictures, from saved files alone."""
+"""Results of runs: statistics, tables and figures, from saved files alone."""

@@ -1,4 +1,4 @@
-"""Bar charts, a panel an environment: success on each task, or how far episodes came."""
+"""Bar charts, one panel per environment: success on each task, or how far episodes got."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,20 +14,20 @@ from pigbench.report.tables import ordered
 
 _HEIGHT = 2.1  # inches
 _BAR = 0.11
-_LEAST_GROUP = 1.3  # that a task's name has room in
+_LEAST_GROUP = 1.3  # enough for a task's name
 _GAP = 1.0  # bars
 
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
-    """A bar a method: the mean over seeds, with a whisker of one standard deviation each way."""
+    """One bar per method: the mean over seeds, with whiskers of one standard deviation each way."""
     by_cell = {cell: by_task(group, scoring) for cell, group in stats.cells(results).items()}
     return _draw(by_cell, order, scoring, quantity="success (%)")
 
 
 def draw_milestones(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
-    """As `draw`: what share of episodes came how far, from touching a cube to success.
+    """Like `draw`, for the share of episodes that reached each stage, from touching to success.
 
-    Where a run's file does not tell, a dash stands in the bar's place.
+    A dash takes the place of a bar that a run's file does not determine.
     """
     by_cell = {cell: by_stage(group, scoring) for cell, group in stats.cells(results).items()}
     return _draw(by_cell, order, scoring, quantity="episodes (%)")

@@ -1,8 +1,8 @@
-"""Intervals by the stratified bootstrap: the runs of each environment are drawn anew.
+"""Intervals from the stratified bootstrap, which resamples the runs of each environment.
 
 Agarwal et al. 2021, "Deep Reinforcement Learning at the Edge of the Statistical Precipice",
-section 4. A run is drawn with all its numbers, so that what it reached on one task and on another
-stay together.
+section 4. A run is drawn with all its numbers, so that its results on different tasks stay
+together.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,14 +18,14 @@ RESAMPLES = 2000
 
 
 class Interval(NamedTuple):
-    """Where a number lies, with `LEVEL` percent confidence."""
+    """The bounds of a number with `LEVEL` percent confidence."""
 
     low: float
     high: float
 
 
 def interval(strata: Strata, statistic: Statistic, *, seed: int) -> Interval | None:
-    """The percentile interval of a statistic that is one number; None as of `band`."""
+    """The percentile interval of a statistic that is a single number; None where `band` is."""
     bounds = band(strata, statistic, seed=seed)
     return None if bounds is None else Interval(*map(float, bounds))
 
@@ -33,8 +33,8 @@ def interval(strata: Strata, statistic: Statistic, *, seed: int) -> Interval | N
 def band(strata: Strata, statistic: Statistic, *, seed: int) -> np.ndarray | None:
     """The percentile interval of each number of `statistic(strata)`, (2, ...): low and high.
 
-    None when a stratum has a single run, which says nothing about how runs differ. The same seed
-    draws the same.
+    None if a stratum has a single run, which says nothing about how runs differ. The same seed
+    gives the same draws.
     """
     if any(stratum.shape[-2] < 2 for stratum in strata):
         return None

@@ -1,4 +1,4 @@
-"""The paper's box plot: a box a method over its environments, a dot each, their mean in white."""
+"""The paper's box plot: one box per method, one dot per environment, and their mean in white."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -26,9 +26,9 @@ _MEAN = {**_DOT, "markersize": 6, "color": "white", "zorder": 4}
 
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
-    """Boxes of means over seeds; a method's variants stand side by side.
+    """Boxes of means over seeds; a method's variants are side by side.
 
-    A box is white where a low level sees the full state.
+    A box is white if the low level sees the full state.
     """
     cells = stats.cells(results)
     methods = ordered({cell.method for cell in cells}, order)
@@ -55,7 +55,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
 
 
 def _places(methods: Sequence[str]) -> dict[str, float]:
-    """Where each method's box stands, with a gap where the variants of one end."""
+    """The position of each method's box, with a gap after the variants of a method."""
     places: dict[str, float] = {}
     place = 0.0
     for index, method in enumerate(methods):
@@ -66,7 +66,7 @@ def _places(methods: Sequence[str]) -> dict[str, float]:
 
 
 def _ticks(places: Mapping[str, float], seen: Mapping[str, str | None]) -> dict[str, float]:
-    """Where to write which name: one for all variants that what they see tells apart."""
+    """Names and their positions: one for all variants whose representations tell them apart."""
     ticks = {}
     for name, variants in stats.grouped(places, base).items():
         if len({seen[variant] for variant in variants}) == len(variants):

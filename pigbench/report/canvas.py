@@ -1,4 +1,4 @@
-"""What all pictures share: their look, a grid of panels, the legend and the file."""
+"""What all figures share: their look, a grid of panels, the legend and the file."""
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,10 +29,10 @@ _LOOK: dict[Any, Any] = {
     "legend.handlelength": 2.8,
     "lines.linewidth": 1.4,
     "lines.markersize": 3,
-    "pdf.fonttype": 42,  # text that stays text
-    "svg.hashsalt": "pigbench",  # names that follow from the content
+    "pdf.fonttype": 42,  # text stays text
+    "svg.hashsalt": "pigbench",  # ids determined by the content
 }
-# No dates in the file: same runs, same bytes.
+# No dates in files: same runs, same bytes.
 _METADATA = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 # Inches.
 _LEAST_WIDTH = 4.8
@@ -44,9 +44,9 @@ _CHARACTER = 0.063
 
 @contextlib.contextmanager
 def look(*, math: bool = False) -> Iterator[None]:
-    """Within it figures look the same, whatever the user's own settings of Matplotlib are.
+    """A block in which figures look the same, whatever the user's Matplotlib settings.
 
-    Text between dollars is a formula where `math`; elsewhere it may be in a user's names.
+    Text between dollar signs is a formula if `math`; otherwise it may be part of a user's names.
     """
     with mpl.rc_context():
         mpl.rcdefaults()
@@ -56,22 +56,22 @@ def look(*, math: bool = False) -> Iterator[None]:
 
 
 def file_format(path: Path) -> str:
-    """The format that the extension of `path` names. Raises UserError if there is none such."""
+    """The format named by the extension of `path`. Raises UserError if it is unknown."""
     extension = path.suffix.removeprefix(".").lower()
     lookup("picture format", FigureCanvasAgg.get_supported_filetypes(), extension)
     return extension
 
 
 def check_path(path: Path) -> None:
-    """Raises UserError unless a picture can be written there, in the format of its extension."""
+    """Raise UserError unless a figure can be written there, in the format of its extension."""
     file_format(path)
     files.require_file(path)
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Writes the figure, in the format that the extension tells. Same figure, same bytes.
+    """Write the figure in the format of its extension. Same figure, same bytes.
 
-    Raises UserError as `check_path`.
+    Raises UserError like `check_path`.
     """
     extension = file_format(path)
     with files.replacing_file(path) as file:
@@ -97,7 +97,7 @@ def grid(
 
 
 def add_legend(figure: Figure, handles: Mapping[str, Artist]) -> None:
-    """Puts names and what they look like below the panels."""
+    """Add a legend below the panels."""
     figure.legend(
         list(handles.values()),
         list(handles),
@@ -107,7 +107,7 @@ def add_legend(figure: Figure, handles: Mapping[str, Artist]) -> None:
 
 
 def step_axis(panel: Axes) -> None:
-    """A horizontal axis of training steps."""
+    """Make the horizontal axis one of training steps."""
     panel.set_xlabel("training steps")
     panel.xaxis.set_major_formatter(EngFormatter(sep=""))
     panel.xaxis.set_major_locator(MaxNLocator(5))

@@ -1,7 +1,7 @@
 """The paper's ablation in three columns: what the low level of a hierarchy should see.
 
-A column for each low-level representation, with a curve a method, and one for the average of the
-methods with each of them; a row an environment.
+One column per low-level representation, with one curve per method, and a last column for the
+average over methods with each representation; one row per environment.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ _PANEL = 2.9, 2.2
 
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
-    """Curves as those of `curves`. Raises UserError when no method is hierarchical."""
+    """Curves like those of `curves`. Raises UserError if no method is hierarchical."""
     cells = stats.cells(result for result in results if result.representation)
     if not cells:
         raise UserError("columns compare low-level representations: give runs of hierarchies")
@@ -60,9 +60,9 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
 
 
 def _average(groups: Sequence[Sequence[Result]]) -> Mapping[int, Estimate]:
-    """The curve over seeds of the mean over methods, a group of results each.
+    """The curve over seeds of the mean over methods; each group has the results of one method.
 
-    Raises UserError when there is no seed that every method has.
+    Raises UserError if the methods have no seed in common.
     """
     by_seed = [
         {result.run.config.seed: stats.run_curve(result) for result in group} for group in groups

@@ -1,4 +1,4 @@
-"""Methods against each other over all environments that every one of them has."""
+"""Comparison of methods over all environments that they have in common."""
 
 import itertools
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -19,21 +19,21 @@ AGGREGATES: Mapping[str, Callable[[Strata], np.ndarray]] = {
 
 
 class Pool(NamedTuple):
-    """The success rates in percent of each method, a stratum an environment."""
+    """The success rates of each method in percent, one stratum per environment."""
 
     environments: Sequence[str]
     strata: Mapping[str, Strata]
 
 
 class Profile(NamedTuple):
-    """The percentage of runs above each threshold, and its interval (2, thresholds)."""
+    """The percentage of runs above each threshold, and its interval, (2, thresholds)."""
 
     share: np.ndarray
     band: np.ndarray | None
 
 
 def pool(results: Iterable[Result], scoring: Scoring) -> Pool:
-    """All results, of environments that no method lacks. Raises UserError when there is none."""
+    """The results in environments that all methods have. Raises UserError if there is none."""
     cells = stats.cells(results)
     methods = sorted({cell.method for cell in cells})
     environments = common_environments(cells)
@@ -51,7 +51,7 @@ def pool(results: Iterable[Result], scoring: Scoring) -> Pool:
 
 
 def common_environments(cells: Collection[Cell]) -> list[str]:
-    """The environments that no method lacks."""
+    """The environments that all methods have."""
     methods = {cell.method for cell in cells}
     return sorted(
         environment
@@ -61,7 +61,7 @@ def common_environments(cells: Collection[Cell]) -> list[str]:
 
 
 def aggregates(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estimate]:
-    """Each of `AGGREGATES` for each method, by method and name, in percent."""
+    """Each of `AGGREGATES` in percent, by method and name."""
     return {
         (method, name): _estimate(strata, measure, scoring)
         for method, strata in pooled.strata.items()
@@ -70,12 +70,12 @@ def aggregates(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estimate
 
 
 def improvements(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estimate]:
-    """How probably the first method of a pair is better than the second, in percent.
+    """The probability that the first method of a pair is better than the second, in percent.
 
-    Raises UserError when there is one method only.
+    Raises UserError if there is only one method.
     """
     if len(pooled.strata) < 2:
-        raise UserError("improvement compares methods: give runs of two at least")
+        raise UserError("improvement compares methods: give runs of at least two")
 
     def measure(both: Strata) -> np.ndarray:
         half = len(pooled.environments)

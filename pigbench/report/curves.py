@@ -1,4 +1,4 @@
-"""Learning curves: success over training steps, a panel an environment."""
+"""Learning curves: success over training steps, one panel per environment."""
 
 from collections.abc import Mapping, Sequence
 
@@ -17,7 +17,7 @@ _COLUMNS = 3
 
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
-    """A line a method: the mean over seeds in a band of one standard deviation to each side."""
+    """One line per method: the mean over seeds, in a band of one standard deviation each way."""
     cells = stats.cells(results)
     methods = ordered({cell.method for cell in cells}, order)
     environments = ordered({cell.environment for cell in cells}, order)
@@ -41,13 +41,13 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
 
 
 def prepare(panel: Axes) -> None:
-    """Axes of a learning curve."""
+    """Set up the axes of a learning curve."""
     panel.set_ylim(0, 100)
     canvas.step_axis(panel)
 
 
 def add_curve(panel: Axes, curve: Mapping[int, Estimate], look: Style) -> Line2D:
-    """A line of means by training step, in its band of one standard deviation to each side."""
+    """Draw means by training step, in a band of one standard deviation to each side."""
     steps = list(curve)
     means = [estimate.value for estimate in curve.values()]
     deviations = [estimate.deviation or 0.0 for estimate in curve.values()]

@@ -10,7 +10,7 @@ from pigbench.report.stats import Estimate
 
 Label = tuple[str, str]  # row and column
 
-_LATEX_COLUMNS = 5  # that a page is wide enough for
+_LATEX_COLUMNS = 5  # that fit on a page
 _LATEX_ESCAPES = str.maketrans(
     {
         **{character: rf"\{character}" for character in "#$%&_{}"},
@@ -44,17 +44,17 @@ class Table:
 
 
 def render(table: Table, style: str) -> str:
-    """The table as text. Raises UserError when `style` is not one of `STYLES`."""
+    """The table as text. Raises UserError if `style` is not one of `STYLES`."""
     return render_all([table], style)
 
 
 def render_all(tables: Sequence[Table], style: str) -> str:
-    """As `render`, several tables in one document."""
+    """Like `render`, for several tables in one document."""
     return lookup("table format", STYLES, style)(tables)
 
 
 def markdown_grid(lines: Sequence[Sequence[str]]) -> str:
-    """A Markdown table of `lines`, the header first: labels to the left, all else to the right."""
+    """A Markdown table of `lines`, header first; labels are aligned left, the rest right."""
     header, *body = lines
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     rule = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
@@ -93,7 +93,7 @@ def _latex(tables: Sequence[Table]) -> str:
 
 
 def _latex_table(table: Table) -> list[str]:
-    """The lines of a float: a grid for every `_LATEX_COLUMNS` columns, one below the other."""
+    """The lines of a float: one grid for every `_LATEX_COLUMNS` columns, one below another."""
     starts = range(0, len(table.columns), _LATEX_COLUMNS)
     grids = [_latex_grid(table, table.columns[start : start + _LATEX_COLUMNS]) for start in starts]
     return [
@@ -109,7 +109,7 @@ def _latex_grid(table: Table, columns: Sequence[str]) -> list[str]:
     lines = _lines(table, columns, name=_escape, value=_escape, bold=r"\textbf{{{}}}")
     header, *body = (" & ".join(line) + r" \\" for line in lines)
     return [
-        # Shrunk where it is wider than the page.
+        # Shrunk if it is wider than the page.
         r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
         rf"\begin{{tabular}}{{l{'r' * len(columns)}}}",
         r"\toprule",
@@ -130,7 +130,7 @@ def _lines(
     value: Callable[[str], str],
     bold: str,
 ) -> list[list[str]]:
-    """The header and the rows as text, names and values escaped; `bold` is a format for what is."""
+    """The header and rows as text, with names and values escaped; `bold` formats bold values."""
 
     def text(label: Label) -> str:
         shown = value(_text(table.estimates.get(label)))

@@ -1,7 +1,7 @@
-"""One number, or one curve, from all environments' runs: what Agarwal et al. 2021 recommend.
+"""One number or one curve from the runs of all environments, as recommended by Agarwal et al. 2021.
 
-Functions of strata as in `bootstrap`: one array (..., runs, numbers per run) per environment. The
-leading axes are kept.
+Functions take strata as in `bootstrap`, one array (..., runs, numbers per run) per environment, and
+keep the leading axes.
 """
 
 import numpy as np
@@ -15,16 +15,17 @@ def mean(strata: Strata) -> np.ndarray:
 
 
 def interquartile_mean(strata: Strata) -> np.ndarray:
-    """The mean without the lowest and the highest quarter, each rounded down to whole numbers."""
+    """The mean without the lowest and the highest quarter of numbers, their counts rounded down."""
     numbers = np.sort(_pooled(strata), axis=-1)
     quarter = numbers.shape[-1] // 4
     return numbers[..., quarter : numbers.shape[-1] - quarter].mean(axis=-1)
 
 
 def probability_of_improvement(first: Strata, second: Strata) -> np.ndarray:
-    """How probably a run of `first` is better than one of `second` in a random environment.
+    """The probability that a run of `first` is better than one of `second` in a random environment.
 
-    Mann and Whitney's U over its largest value, ties as halves, averaged over environments.
+    The Mann-Whitney U divided by its largest value, with ties as halves, averaged over
+    environments.
     """
     shares = []
     for ours, theirs in zip(first, second, strict=True):

@@ -1,4 +1,4 @@
-"""What the paper reports of its robot, in "Real-world Experiments", to be set beside ours."""
+"""The paper's results on its robot, from "Real-world Experiments", for comparison with ours."""
 
 from collections.abc import Mapping
 
@@ -8,4 +8,4 @@ ROBOT: Mapping[tuple[str, str], Mapping[float, float]] = {
     ("h-flow-gcivl", "cube-centre"): {0.03: 25, 0.05: 40, 0.10: 40},
     ("pi-h-flow-hjb-gcivl", "cube-centre"): {0.03: 50, 0.05: 60, 0.10: 75},
 }
-"""Success in percent of 20 episodes, by method and environment, by metres from the goal."""
+"""Success in percent over 20 episodes, by method and environment, then by metres from the goal."""

@@ -1,4 +1,4 @@
-"""Pictures of success rates, of several kinds."""
+"""Figures of success rates, of several kinds."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -28,12 +28,12 @@ def plot(
     order: Sequence[str] = (),
     scoring: Scoring | None = None,
 ) -> None:
-    """Draws a picture into the file `path`, its format told by the extension.
+    """Draw a figure into the file `path`, in the format of its extension.
 
-    Names are ordered as in `tables.method_table`. Same results, same bytes. Raises UserError when
+    Names are ordered as in `tables.method_table`. Same results, same bytes. Raises UserError if
     the kind or the format is unknown or the results are not comparable.
     """
-    canvas.check_path(path)  # raises before the work rather than after it
+    canvas.check_path(path)  # raises before the work, not after it
     draw = lookup("kind of picture", KINDS, kind)
     with canvas.look():
         canvas.save(draw(results, order, scoring or Scoring()), path)

@@ -1,4 +1,4 @@
-"""Performance profiles: how many runs succeed more often than a threshold, for every threshold."""
+"""Performance profiles: the share of runs with success above a threshold, for every threshold."""
 
 import textwrap
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ _THRESHOLDS = np.arange(0.0, 100.5, 0.5)
 
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
-    """A line a method, in its bootstrap band, over the environments that all methods have."""
+    """One line per method, in its bootstrap band, over the environments that all methods have."""
     pooled = comparison.pool(results, scoring)
     profiles = comparison.profiles(pooled, _THRESHOLDS, scoring)
     methods = ordered(profiles, order)

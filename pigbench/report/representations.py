@@ -1,4 +1,4 @@
-"""How low-level representations are called and drawn."""
+"""Titles and looks of low-level representations."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from pigbench.report.styles import BLACK, GREY, Style
 
 
 class Representation(NamedTuple):
-    """The title of what a low level sees, how curves are drawn, and whether boxes are filled."""
+    """A representation's title, the style of its curves, and whether its boxes are filled."""
 
     title: str
     style: Style
@@ -21,5 +21,5 @@ REPRESENTATIONS = {
 
 
 def representation(name: str) -> Representation:
-    """The representation of that name, known or not."""
+    """The representation of that name; an unknown name gets a default look."""
     return REPRESENTATIONS.get(name, Representation(name, Style(BLACK, "-."), filled=True))

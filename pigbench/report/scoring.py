@@ -1,4 +1,4 @@
-"""Which evaluations of a run give its number, and the numbers."""
+"""The scores of runs, and the choice of the evaluations from which they are computed."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ from pigbench.training.measures import MEASURES
 _AVERAGED = 3
 
 THRESHOLDS = (0.03, 0.05, 0.10)
-"""In metres, those of the paper's experiments with a robot."""
+"""Distances in metres, from the paper's robot experiments."""
 
 Key = TypeVar("Key")
 
 Curve = Mapping[int, Estimate]  # by training step, in order
 Task = tuple[int, str]  # number and name
-Groups = Mapping[str, Estimate | None]  # by a bar's group; None where it is not known
+Groups = Mapping[str, Estimate | None]  # by the bars' group; None if unknown
 
 
 class Checkpoint(NamedTuple):
-    """Which steps of a cell's curve count (none, if it is too short), and how captions say so."""
+    """Which steps of a cell's curve count (none if it is too short), and the captions' wording."""
 
     choose: Callable[[Curve], Sequence[int]]
     wording: str
@@ -50,16 +50,16 @@ CHECKPOINTS: Mapping[str, Checkpoint] = {
 
 @dataclass(frozen=True)
 class Scoring:
-    """How runs become numbers."""
+    """How runs are scored."""
 
     checkpoint: str = "last"
-    """Which evaluations count: last, last-three (averaged), or best (by the mean over seeds)."""
+    """Evaluations that count: last, last-three (averaged), or best (by the mean over seeds)."""
     over: str = "environments"
-    """A run's numbers where environments are pooled: one (environments) or one per task (tasks)."""
+    """Numbers per run when environments are pooled: one (environments) or one per task (tasks)."""
     bootstrap_seed: Seed = 0
-    """Seed of the bootstrap that computes the intervals."""
+    """Seed of the bootstrap for the intervals."""
     first_episodes: int | None = None
-    """Count only the first so many episodes of each task, as if no more had been evaluated."""
+    """Count only so many episodes of each task, the first, as if no more had been evaluated."""
 
     def __post_init__(self) -> None:
         lookup("checkpoint", CHECKPOINTS, self.checkpoint)
@@ -69,31 +69,31 @@ class Scoring:
 
     @property
     def wording(self) -> str:
-        """The checkpoint, and how many of its episodes count, for captions."""
+        """The checkpoint and how many of its episodes count, for captions."""
         count = self.first_episodes
         first = "" if count is None else f", {count} episodes per task"
         return f"{CHECKPOINTS[self.checkpoint].wording}{first}"
 
     def counts(self, episode: Episode) -> bool:
-        """Whether an episode is one of those that count."""
+        """Whether an episode counts."""
         return self.first_episodes is None or episode.episode < self.first_episodes
 
 
 def success(results: Sequence[Result], scoring: Scoring) -> Estimate:
     """Success rate in percent over the results of a cell, with its interval.
 
-    Raises UserError when they were not all evaluated up to the same training step.
+    Raises UserError unless all were evaluated up to the same training step.
     """
     return _estimate(_rates(results, scoring), scoring)
 
 
 def task_success(results: Sequence[Result], scoring: Scoring) -> dict[Task, Estimate]:
-    """As `success`, for each task, in order; the checkpoint is that of all tasks together."""
+    """Like `success`, for each task in order; the checkpoint is that of all tasks together."""
     return {task: _estimate(_rates(results, scoring, task), scoring) for task in _tasks(results)}
 
 
 def milestones(results: Sequence[Result], scoring: Scoring) -> dict[str, Estimate]:
-    """As `success`, for each measure of `MEASURES` that all results have, by its label."""
+    """Like `success`, for each measure of `MEASURES` that all results have, by its label."""
     return _known(
         results,
         scoring,
@@ -102,19 +102,19 @@ def milestones(results: Sequence[Result], scoring: Scoring) -> dict[str, Estimat
 
 
 def by_task(results: Sequence[Result], scoring: Scoring) -> Groups:
-    """`task_success` by the tasks' names."""
+    """`task_success` by task name."""
     return {name: value for (_, name), value in task_success(results, scoring).items()}
 
 
 def by_stage(results: Sequence[Result], scoring: Scoring) -> Groups:
-    """`milestones` that are stages, from touching a cube to success."""
+    """The `milestones` that are stages, from touching a cube to success."""
     found = milestones(results, scoring)
     stages = [measure.label for measure in MEASURES.values() if measure.stage]
     return {stage: found.get(stage) for stage in stages}
 
 
 def thresholds(results: Sequence[Result], scoring: Scoring) -> dict[float, Estimate]:
-    """As `success`, by how far from their targets, in metres, cubes may be at the end.
+    """Like `success`, by how far in metres cubes may be from their targets at the end.
 
     Empty if the episodes of some results have no final distance.
     """
@@ -137,13 +137,13 @@ def _known(
 
 
 def stratum(results: Sequence[Result], scoring: Scoring) -> np.ndarray:
-    """The success rates of a cell's results, (runs, 1), or with `over` tasks (runs, tasks)."""
+    """The success rates of a cell's results, (runs, 1), or (runs, tasks) if `over` is tasks."""
     units = UNITS[scoring.over](results)
     return np.stack([_rates(results, scoring, unit) for unit in units], axis=-1)
 
 
 def differences(results: Sequence[Result], scoring: Scoring) -> list[str]:
-    """What the evaluations that count do not share: for each environment, the values by method."""
+    """Differences between the evaluations that count: values by method, for each environment."""
     methods = stats.grouped(stats.cells(results).items(), lambda item: item[0].environment)
     return [
         f"{name} on {environment}: "
@@ -191,7 +191,7 @@ def _rates(
     task: Task | None = None,
     score: Callable[[Sequence[Episode]], float] = stats.success_rate,
 ) -> np.ndarray:
-    """The success rate, or another score, of each result, (runs,), on one task or all."""
+    """The success rate or another score of each result, (runs,), on one task or all."""
     steps = _steps(results, scoring)
     rates = [
         [
@@ -208,12 +208,12 @@ def _rates(
         ]
         for result in results
     ]
-    # Rounded, so that equal rates stay equal in whatever order they were summed.
+    # Rounded, so that equal rates stay equal whatever the order of summation.
     return np.round(np.mean(rates, axis=-1), 9)
 
 
 def _steps(results: Sequence[Result], scoring: Scoring) -> Sequence[int]:
-    """The training steps whose evaluations count, of the results of a cell."""
+    """The training steps of a cell's results whose evaluations count."""
     stats.require_level(results)
     steps = CHECKPOINTS[scoring.checkpoint].choose(stats.success_curve(results))
     if not steps:

@@ -1,7 +1,7 @@
 """Success rates from the evaluation episodes of runs.
 
 The seed is the unit of replication: a run gives one number, and means and standard deviations are
-over runs that differ in nothing but their seed.
+over runs that differ only in their seeds.
 """
 
 import dataclasses
@@ -26,10 +26,10 @@ Item = TypeVar("Item")
 
 
 class Estimate(NamedTuple):
-    """A number from `seeds` runs (of each environment, the fewest).
+    """A number from `seeds` runs (the fewest of any environment).
 
     `deviation` is the sample standard deviation (n - 1) over seeds, `interval` the bootstrap's.
-    Either is None where it is not known: a single run has none.
+    Either is None if it is unknown: a single run has none.
     """
 
     value: float
@@ -46,7 +46,7 @@ class Result(NamedTuple):
 
     @property
     def representation(self) -> str | None:
-        """What a hierarchical method's low level sees; None of a flat method."""
+        """What a hierarchical method's low level sees; None for a flat method."""
         return self.run.config.agent.get("low_level_representation")
 
     @property
@@ -63,7 +63,7 @@ class Cell(NamedTuple):
 
 
 def read_results(runs: Iterable[Run]) -> list[Result]:
-    """The runs with their episodes. Raises UserError when a run has none."""
+    """The runs with their episodes. Raises UserError if a run has none."""
     runs = list(runs)
     found = [
         Result(run, episodes.read(run.episodes_path) if run.episodes_path.exists() else [])
@@ -76,17 +76,17 @@ def read_results(runs: Iterable[Run]) -> list[Result]:
 
 
 def noisy(result: Result) -> dict[float, Result]:
-    """The run with the episodes of each noise of the estimates, in millimetres, it was tried in."""
+    """The run with its episodes at each evaluated noise of the estimates, in millimetres."""
     found = {level: episodes.read(path) for level, path in result.run.noise_paths().items()}
     return {level: Result(result.run, own) for level, own in found.items()}
 
 
 def cells(results: Iterable[Result]) -> dict[Cell, list[Result]]:
-    """The results of each method and environment, one per seed: all in order, whatever theirs is.
+    """The results of each method and environment, one per seed, sorted whatever their given order.
 
-    Raises UserError when results that would be set against each other are not comparable: in a cell
-    only the seeds may differ, and must, and where they were evaluated after the same step, that
-    must be alike; in an environment the physics profile must be the same.
+    Raises UserError if results to be compared are not comparable: within a cell, only the seeds may
+    differ, and must, and evaluations after the same step must have the same settings; within an
+    environment, the physics profile must be the same.
     """
     results = sorted(results, key=lambda result: (_cell(result), result.run.config.seed))
     by_cell = grouped(results, _cell)
@@ -103,12 +103,12 @@ def cells(results: Iterable[Result]) -> dict[Cell, list[Result]]:
 
 
 def base(method: str) -> str:
-    """The method that a cell's method is, without its variant."""
+    """The method's name without its variant."""
     return method.partition(" (")[0]
 
 
 def require_level(results: Sequence[Result]) -> None:
-    """Raises UserError unless all results were evaluated up to the same step, on the same tasks."""
+    """Raise UserError unless all results were evaluated up to the same step, on the same tasks."""
     _require_alike(
         results,
         lambda result: {
@@ -119,7 +119,7 @@ def require_level(results: Sequence[Result]) -> None:
 
 
 def evaluation(result: Result, steps: Collection[int]) -> dict[str, list[int]]:
-    """What tells evaluations after these training steps from others: by name, all values."""
+    """The settings of the evaluations after these training steps: all values, by name."""
     episodes = [episode for episode in result.episodes if episode.step in steps]
     counts = Counter((episode.step, episode.task) for episode in episodes)
     return {
@@ -129,7 +129,7 @@ def evaluation(result: Result, steps: Collection[int]) -> dict[str, list[int]]:
 
 
 def success_curve(results: Sequence[Result]) -> dict[int, Estimate]:
-    """Success rate in percent at each training step at which all results of a cell have one."""
+    """Success rate in percent at each training step that all results of a cell have."""
     return estimate_curve([run_curve(result) for result in results])
 
 
@@ -151,16 +151,15 @@ def success_rate(group: Collection[Episode]) -> float:
 
 
 def mean(group: Iterable[Episode], measure: Measure) -> float:
-    """The measure's mean over the episodes of which it is known, scaled; of none not a number."""
+    """The measure's scaled mean over the episodes in which it is known; NaN if there are none."""
     known = [e.measures[measure.name] for e in group if measure.name in e.measures]
     return measure.scale * sum(known) / len(known) if known else math.nan
 
 
 def ended_within(group: Iterable[Episode], distance: float) -> float:
-    """The share of episodes, in percent, that end with all cubes so near to their targets, metres.
+    """The percentage of episodes that end with all cubes within `distance` metres of their targets.
 
-    A diverged one has no end, and counts as none of them; of old ones, that tell nothing, not a
-    number.
+    A diverged episode has no end and counts as a failure; NaN if no episode recorded its end.
     """
     known = [
         e.measures.get("final_distance", math.inf)
@@ -177,7 +176,7 @@ def estimate(values: Sequence[float] | np.ndarray) -> Estimate:
 
 
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
-    """The items of each key, in the order in which they come."""
+    """The items of each key, in their given order."""
     groups: dict[Key, list[Item]] = defaultdict(list)
     for item in items:
         groups[key(item)].append(item)

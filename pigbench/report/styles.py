@@ -1,4 +1,4 @@
-"""How methods look, in every picture: colours, lines and hatches."""
+"""Looks of methods in all figures: colours, lines and hatches."""
 
 import zlib
 from collections.abc import Sequence
@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from pigbench.report.stats import base
 
-# Okabe and Ito's palette, which the colour-blind can tell apart (jfly.uni-koeln.de/color). Its
-# yellow is too light for a line on white; in its place stands Tol's wine.
+# Okabe and Ito's palette, which colour-blind readers can tell apart (jfly.uni-koeln.de/color). Its
+# yellow is too light for a line on white, and is replaced by Tol's wine.
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY_BLUE = "#56B4E9"
@@ -20,7 +20,7 @@ GREY = "#7F7F7F"
 PALETTE = (BLACK, ORANGE, SKY_BLUE, GREEN, WINE, BLUE, VERMILLION, PURPLE)
 
 HATCHES = {"-": "", "--": "////", "-.": "....", ":": "xxxx"}
-"""What a line is as the filling of an area."""
+"""The hatch of an area for each line style."""
 
 VARIANTS = {
     "D": "||",
@@ -31,11 +31,11 @@ VARIANTS = {
     "x": "..",
     "*": "**",
 }
-"""What marks the lines of a method's variants, and what it is in the filling of an area."""
+"""Markers on the lines of a method's variants, and the corresponding hatches of areas."""
 
 
 class Style(NamedTuple):
-    """How a method is drawn."""
+    """A method's colour, line style and marker."""
 
     color: str
     line: str
@@ -47,7 +47,7 @@ class Style(NamedTuple):
         return HATCHES[self.line] + VARIANTS.get(self.marker, "")
 
 
-# Colour tells the value learner and its regulariser, the line flat (solid) from hierarchical.
+# Colours distinguish value learners and regularisers; lines, flat (solid) from hierarchical.
 STYLES = {
     "gcbc": Style(BLACK, "-"),
     "crl": Style(BLACK, "-."),
@@ -71,9 +71,9 @@ STYLES = {
 
 
 def style(method: str) -> Style:
-    """The method's own style; for a method of none, one that follows from its name alone.
+    """The method's own style, or else one determined by its name alone.
 
-    A variant, called as in "method (variant)", adds a marker and a hatch to its method's style.
+    A variant, named as in "method (variant)", adds a marker and a hatch to its method's style.
     """
     name = base(method)
     look = STYLES.get(name, Style(_pick(PALETTE, name), "-."))

@@ -1,4 +1,4 @@
-"""Tables of success rates: by environment, by task, over all, and methods against each other."""
+"""Tables of success rates: by environment, by task, aggregated, and between methods."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
@@ -39,7 +39,7 @@ DEFAULT = Scoring()
 def method_table(
     results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
 ) -> Table:
-    """Methods by environments; names in `order` first, others after them by alphabet."""
+    """Methods by environments; names in `order` first, then others alphabetically."""
     cells = stats.cells(results)
     estimates: dict[Label, Estimate] = {
         cell: success(group, scoring) for cell, group in cells.items()
@@ -108,7 +108,7 @@ def improvement_table(
 ) -> Table:
     """The probability that a row's method is better than a column's.
 
-    Raises UserError when there is one method only.
+    Raises UserError if there is only one method.
     """
     pooled = comparison.pool(results, scoring)
     estimates = comparison.improvements(pooled, scoring)
@@ -133,15 +133,15 @@ def improvement_table(
 def milestone_table(
     results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
 ) -> Table:
-    """Methods of every environment by measures of how far episodes came; ordered as above."""
+    """Methods of every environment by measures of how far episodes got; ordered as above."""
     cells = stats.cells(results)
     rows = _rows(cells, order)
     return Table(
         caption=(
-            f"How far episodes came ({_how(results, scoring)}), mean ± standard deviation over "
+            f"How far episodes got ({_how(results, scoring)}), mean ± standard deviation over "
             "seeds: percent of episodes unless the column names another unit. Nearest is the least "
-            "distance of the pinch point from a cube; within means all cubes from their targets, "
-            "final the farthest; success, within 4 cm (of cube-centre 3 cm), ends an episode. A "
+            "distance of the pinch point from a cube; within is of all cubes from their targets, "
+            "final of the farthest; success, within 4 cm (in cube-centre 3 cm), ends an episode. A "
             "dash: not recorded"
         ),
         corner=("method", "measure"),
@@ -158,9 +158,9 @@ def milestone_table(
 def threshold_table(
     results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
 ) -> Table:
-    """Methods of every environment by how near to their targets cubes are at the end.
+    """Methods of every environment by how near cubes are to their targets at the end.
 
-    Beside them what the paper reports of its robot.
+    The paper's results on its robot are given beside them.
     """
     cells = stats.cells(results)
     rows = _rows(cells, order)
@@ -177,10 +177,10 @@ def threshold_table(
     estimates = ours | theirs
     return Table(
         caption=(
-            f"Episodes in percent ({_how(results, scoring)}) that end with all cubes within so "
+            f"Percentage of episodes ({_how(results, scoring)}) that end with all cubes within so "
             "many centimetres of their targets, mean ± standard deviation over seeds. An episode "
-            "ends with success, within 4 cm, of cube-centre 3 cm"
-            + ("; the paper's are of its robot, 20 episodes of one seed" if theirs else "")
+            "ends with success, within 4 cm, in cube-centre 3 cm"
+            + ("; the paper's are from its robot, 20 episodes of one seed" if theirs else "")
         ),
         corner=("method", "distance"),
         rows=list(rows),
@@ -194,7 +194,7 @@ def noise_table(
 ) -> Table:
     """Methods and distances by the noise of the cubes' estimates.
 
-    Raises UserError when there is no noise that all runs of a method were evaluated in.
+    Raises UserError if no method has a noise level at which all its runs were evaluated.
     """
     cells = stats.cells(results)
     estimates = {
@@ -208,9 +208,9 @@ def noise_table(
     levels = sorted({level for _, level in estimates})
     return Table(
         caption=(
-            "Episodes in percent that end with all cubes within so many centimetres of their "
+            "Percentage of episodes that end with all cubes within so many centimetres of their "
             "targets, by the standard deviation of each coordinate of a cube's estimate; mean ± "
-            "standard deviation over seeds. Policies are those trained in the environment's own"
+            "standard deviation over seeds. Policies were trained with the environment's own noise"
         ),
         corner=("method, distance", "noise"),
         rows=list(dict.fromkeys(row for row, _ in estimates)),
@@ -220,7 +220,7 @@ def noise_table(
 
 
 def _rows(cells: Iterable[stats.Cell], order: Sequence[str]) -> dict[str, stats.Cell]:
-    """A row for each cell, by label: environments, and methods of each, in order."""
+    """A row for each cell, by label: environments in order, then methods in order."""
     cells = set(cells)
     every = (
         stats.Cell(method, environment)
@@ -231,7 +231,7 @@ def _rows(cells: Iterable[stats.Cell], order: Sequence[str]) -> dict[str, stats.
 
 
 def _by_noise(results: Sequence[Result]) -> dict[float, list[Result]]:
-    """The results in each noise that all of them were evaluated in."""
+    """The results at each noise level at which all of them were evaluated."""
     found = [stats.noisy(result) for result in results]
     shared = set.intersection(*map(set, found))
     return {level: [one[level] for one in found] for level in sorted(shared)}
@@ -253,7 +253,7 @@ TABLES: Mapping[str, Callable[..., Table]] = {
 
 
 def telling(results: Sequence[Result]) -> list[str]:
-    """The names of the `TABLES` that results fill: others compare methods, or tell of noise."""
+    """The names of the `TABLES` that results can fill: some need several methods, or noise."""
     cells = stats.cells(results)
     pooled = bool(comparison.common_environments(cells))
     fits = {
@@ -265,16 +265,16 @@ def telling(results: Sequence[Result]) -> list[str]:
 
 
 def ordered(names: Iterable[str], order: Sequence[str]) -> list[str]:
-    """`names` without repetition: those in `order` first and as there, the others by alphabet.
+    """`names` without repetition: first those in `order`, in that order, then others by alphabet.
 
-    A method's variants, called as in "method (variant)", stand where the method does.
+    A method's variants, named as in "method (variant)", are placed where the method is.
     """
     rank = {name: number for number, name in enumerate(order)}
     return sorted(set(names), key=lambda name: (rank.get(stats.base(name), len(rank)), name))
 
 
 def _best(estimates: Mapping[Label, Estimate], line: Callable[[Label], str]) -> set[Label]:
-    """Of each line the highest and what lies in its interval; none of a line of one."""
+    """The highest of each line, and what is in its interval; none of a line with one number."""
     lines = stats.grouped(estimates, line).values()
     return {label for labels in lines if len(labels) > 1 for label in _highest(estimates, labels)}
 
@@ -305,7 +305,7 @@ def _how(results: Sequence[Result], scoring: Scoring) -> str:
 
 
 def _goals(results: Sequence[Result]) -> str:
-    """What methods were told of goals, where it is not the same whole state for all."""
+    """The representations of goals by method, unless all methods were given the whole state."""
     told = {result.run.config.label: result.run.config.goals for result in results}
     kinds = sorted(set(told.values()))
     if kinds == ["state"]:

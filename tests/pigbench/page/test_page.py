@@ -54,7 +54,7 @@ def test_the_page_holds_the_numbers_of_the_tables_and_needs_no_other_file(runs, 
 
 def test_a_suite_under_way_is_told_as_it_is(suite, tmp_path):
     text = page.write([suite], tmp_path / "out").read_text()
-    assert "3 of 4 runs are not finished" in text
+    assert "3 of 4 runs are unfinished" in text
     rows = Reader(text).rows
     assert ["gcivl", "100.0"] in rows
     assert ["cube-single/hjb-gcivl/0", "cut off", "0", "200", "100.0"] in rows

@@ -121,5 +121,5 @@ def test_methods_need_an_environment_in_common(results):
 
 def test_improvement_needs_two_methods(results):
     alone = [result for result in results if result.run.config.method == "qrl"]
-    with pytest.raises(UserError, match="give runs of two at least"):
+    with pytest.raises(UserError, match="give runs of at least two"):
         comparison.improvements(comparison.pool(alone, Scoring()), Scoring())
