@@ -1,1 +1,1 @@
-"""Handing on what was made here: policies and data sets, for people who have no pigbench."""
+"""Sharing of policies and data sets with people who do not have pigbench."""

@@ -1,6 +1,6 @@
-"""The README of a folder that is shared, as the Hugging Face hub wants it.
+"""The README of a shared folder, in the form that the Hugging Face hub expects.
 
-A header in YAML tells the hub what the folder holds; Markdown tells people.
+A YAML header describes the folder's contents to the hub, Markdown to people.
 """
 
 import json
@@ -12,7 +12,7 @@ from pigbench import envs
 FILE_NAME = "README.md"
 
 LICENSE = "apache-2.0"
-"""The hub's name of the licence that is granted by default: that of pigbench."""
+"""The hub's name for the default licence, which is that of pigbench."""
 
 TAGS = ("pigbench", "robotics", "offline-rl", "goal-conditioned-rl")
 
@@ -23,7 +23,7 @@ ACTION = (
 
 
 def card(header: Mapping[str, Any], *sections: str) -> str:
-    """The file's text; values of the header are what JSON can hold."""
+    """The file's text; the header's values must be serialisable as JSON."""
     fields = "".join(f"{name}: {json.dumps(value)}\n" for name, value in header.items())
     return f"---\n{fields}---\n\n" + "\n\n".join(sections) + "\n"
 
@@ -34,12 +34,12 @@ def code(language: str, text: str) -> str:
 
 
 def facts(values: Mapping[str, Any]) -> str:
-    """A list of what is what."""
+    """A list of names and values."""
     return "\n".join(f"- {name}: {value}" for name, value in values.items())
 
 
 def observation_table(environment: str, layout: Iterable[tuple[str, int]]) -> str:
-    """Where the terms of an observation lie, and what they mean, as far as it is known."""
+    """The positions of an observation's terms, and their meanings as far as they are known."""
     meanings = _meanings(environment)
     lines, stop = ["| term | numbers | meaning |", "|---|---|---|"], 0
     for name, size in layout:

@@ -1,4 +1,4 @@
-"""The card of a data set: a README that says what the folder holds, and how to load it."""
+"""The card of a data set: a README with the folder's contents and how to load them."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ pigbench train gcivl --data . --out run
 
 
 def write(dataset: Dataset, *, license: str = card.LICENSE) -> Path:
-    """Writes the card into the data set's folder, instead of any that is there."""
+    """Write the card into the data set's folder, replacing any existing one."""
     path = dataset.folder / card.FILE_NAME
     files.write_text(path, describe(dataset, license=license))
     return path
@@ -76,7 +76,7 @@ def describe(dataset: Dataset, *, license: str = card.LICENSE) -> str:
 
 
 def _category(rows: int) -> str:
-    """The hub's word for such a size."""
+    """The hub's category for a number of rows."""
     names = list(_SIZES.values())
     place = sum(rows >= bound for bound in _SIZES)
     if place == 0:

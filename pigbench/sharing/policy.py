@@ -1,9 +1,9 @@
-"""A trained policy for others: a folder that acts wherever JAX runs, without pigbench.
+"""A trained policy for others: a folder that can act wherever JAX runs, without pigbench.
 
-parameters.safetensors  the parameters of every network, each under its path
+parameters.safetensors  the parameters of every network, by path
 act.jax_export          `act(parameters, observations, goals, key)`, serialised by `jax.export`
-policy.json             what was trained, on what, and the observation's layout
-README.md               all that for people, with the lines that make it act
+policy.json             what was trained and on which data, and the observation's layout
+README.md               the same for people, with the lines that make it act
 """
 
 import contextlib
@@ -35,13 +35,13 @@ ACT_FILE = "act.jax_export"
 CONFIG_FILE = "policy.json"
 
 _PLATFORMS = ("cpu", "cuda", "tpu")
-_PLACES = "jax_traceback_in_locations_limit"  # JAX's setting: how many places of an operation
+_PLACES = "jax_traceback_in_locations_limit"  # JAX's setting: source locations per operation
 
 _USAGE = """
 import importlib.metadata
 import os
 
-# On a CPU, these get some sums wrong unless they are told, before JAX starts (jax-ml/jax#39103).
+# On a CPU, these versions get some sums wrong without this flag (jax-ml/jax#39103).
 if importlib.metadata.version("jaxlib") in {faulty}:
     os.environ["XLA_FLAGS"] = os.environ.get("XLA_FLAGS", "") + " {cure}"
 
@@ -57,11 +57,11 @@ actions = act(parameters, observations, goals, jax.random.key(0))
 
 
 def write(folder: Path, trained: Trained, *, license: str = card.LICENSE) -> None:
-    """Writes the policy of a run's checkpoint into `folder`, whole or not at all.
+    """Write the policy of a run's checkpoint to `folder`, completely or not at all.
 
-    Raises UserError when a package is missing, or `folder` holds something else than a policy.
+    Raises UserError if a package is missing, or if `folder` contains something other than a policy.
     """
-    # Flatbuffers are what `jax.export` writes.
+    # `jax.export` writes flatbuffers.
     safetensors, _ = required("safetensors.numpy", "flatbuffers", extra="share")
     _require_own(folder)
     parameters = by_path(jax.device_get(trained.state.acting))
@@ -74,14 +74,14 @@ def write(folder: Path, trained: Trained, *, license: str = card.LICENSE) -> Non
 
 
 def by_path(tree: Any) -> dict[str, Any]:
-    """The leaves of a tree under their paths: "policy/params/MLP_0/Dense_0/bias"."""
+    """The leaves of a tree by path, such as "policy/params/MLP_0/Dense_0/bias"."""
     leaves = jax.tree_util.tree_leaves_with_path(tree)
     return {jax.tree_util.keystr(path, simple=True, separator="/"): leaf for path, leaf in leaves}
 
 
 @jax_defaults()
 def serialize(agent: Agent, params: Params) -> bytes:
-    """The agent's policy, of parameters `by_path`, for batches of any size."""
+    """The agent's serialised policy, which takes parameters `by_path` and batches of any size."""
     names, structure = list(by_path(params)), jax.tree.structure(params)
 
     def act(
@@ -105,7 +105,7 @@ def serialize(agent: Agent, params: Params) -> bytes:
 
 @contextlib.contextmanager
 def _without_places() -> Iterator[None]:
-    """Programs tell where each operation is written, in files of this machine."""
+    """Omit source locations from programs: they would name files on this machine."""
     before = getattr(jax.config, _PLACES)
     jax.config.update(_PLACES, 0)
     try:
@@ -115,7 +115,7 @@ def _without_places() -> Iterator[None]:
 
 
 def describe(trained: Trained) -> dict[str, Any]:
-    """What the policy is, ready for JSON."""
+    """A description of the policy, ready for JSON."""
     run, agent = trained.run, trained.agent
     return {
         "format": FORMAT,
@@ -138,7 +138,7 @@ def _kept(path: Path) -> Any:
 
 
 def _success(trained: Trained) -> dict[str, float] | None:
-    """The share of this very checkpoint's evaluation episodes that succeeded; None without any."""
+    """The success rate over this checkpoint's evaluation episodes; None if there are none."""
     path, step = trained.run.episodes_path, int(trained.state.step)
     rows = [row for row in episodes.read(path) if row.step == step] if path.exists() else []
     if not rows:

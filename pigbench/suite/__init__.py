@@ -1,1 +1,1 @@
-"""Suites: many trainings as one job, environments by methods by seeds."""
+"""Suites: many training runs as one job, environments by methods by seeds."""

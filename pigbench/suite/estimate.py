@@ -1,4 +1,4 @@
-"""How long a suite will take, from rates measured here and now."""
+"""An estimate of how long a suite will take, from rates measured on this machine."""
 
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
@@ -13,18 +13,18 @@ from pigbench.suite.spec import Cell, Environment, Suite
 from pigbench.suite.status import DONE, is_complete, status
 from pigbench.support.progress import Progress
 
-_SECONDS = 1.0  # of measuring each rate
+_SECONDS = 1.0  # spent on measuring each rate
 
 
 class Estimate(NamedTuple):
-    """Seconds that each data set and each cell that is not done will take, alone."""
+    """Seconds that each unfinished data set and cell will take on its own."""
 
     data: Mapping[str, float]
     cells: Mapping[Cell, float]
 
 
 def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: Path) -> Estimate:
-    """Times what is missing of a suite; `configs` are by method and variant."""
+    """Estimate the time for a suite's unfinished parts; `configs` are by method and variant."""
     todo = [(cell, steps) for cell, state, steps, _ in status(suite, out) if state != DONE]
     asked = {
         environment: {(c.method, c.variant) for c, _ in todo if c.environment == environment}
@@ -66,7 +66,7 @@ def _updates(
     asked: Collection[tuple[str, str]],
     tell: Callable[[str], object],
 ) -> Mapping[tuple[str, str], float]:
-    """Seconds per update of each method and variant that is asked for."""
+    """Seconds per update of each requested method and variant."""
     env = envs.make(environment.name)
     rows = training.noise(env)
     contenders = {
@@ -80,7 +80,7 @@ def _updates(
 
 
 def _step(environment: Environment, suite: Suite, tell: Callable[[str], object]) -> float:
-    """Seconds per control step of one of many simulations."""
+    """Seconds per control step of one simulation when many run at once."""
     env = envs.make(environment.name, profile=suite.data.physics)
     simulations = env.num_tasks * suite.evaluation.episodes
     contender = simulation.steps(env, simulations, name=environment.name)

@@ -11,7 +11,7 @@ from pigbench.suite.spec import Cell, Environment, Suite
 
 @dataclass(frozen=True)
 class Job:
-    """A `pigbench` command that writes a folder, under a name that no other of the suite has."""
+    """A `pigbench` command that writes a folder; its name is unique within the suite."""
 
     name: str
     folder: Path
@@ -19,7 +19,7 @@ class Job:
 
 
 def preparation(suite: Suite, environment: Environment, out: Path) -> tuple[Job, ...]:
-    """The jobs that make an environment's data set, or what of it is missing, one after another."""
+    """The jobs that make or complete an environment's data set, to be run one after another."""
     name, folder = data_job(environment), data_folder(environment, out)
     if not suite.data.filter:
         return (_generation(suite, environment, name, folder),)
@@ -64,7 +64,7 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
 
 
 def noise(suite: Suite, cell: Cell, out: Path) -> Job:
-    """The job that evaluates a trained cell in other noise of its estimates."""
+    """The job that evaluates a trained cell at other noise levels of the estimates."""
     folder = out / cell.name
     options = {"episodes": suite.evaluation.episodes, "noise": suite.evaluation.noise}
     return Job(f"noise/{cell.name}", folder, ("evaluate", str(folder), *_flags(options)))
@@ -76,7 +76,7 @@ def data_job(environment: Environment) -> str:
 
 
 def data_folder(environment: Environment, out: Path) -> Path:
-    """Where an environment's data set lies."""
+    """The folder of an environment's data set."""
     return environment.data or out / "data" / environment.name
 
 

@@ -1,4 +1,4 @@
-"""Running jobs as processes, several at a time; what each says goes to a log of its own."""
+"""Running jobs as processes, several at a time, each with a log of its own."""
 
 import contextlib
 import os
@@ -14,34 +14,34 @@ from pigbench.suite.jobs import Job
 from pigbench.support.lock import is_held
 
 _ONE_THREAD = {"NPROC": "1"}
-"""One thread of XLA a process: as many processes as cores do more than one of all."""
+"""One XLA thread per process: one process per core does more than one process on all cores."""
 
 FAILURE = "exit status"
-"""How the line begins that ends the log of a job that failed."""
+"""The beginning of the last line in the log of a failed job."""
 
 _POLL_SECONDS = 1.0
 _PATIENCE_SECONDS = 10.0
 
 
 class Process(Protocol):
-    """A job that has been started, as `subprocess.Popen` has it."""
+    """A job that has been started, with the interface of `subprocess.Popen`."""
 
     returncode: int | Any
 
     def poll(self) -> int | None:
-        """The exit status; None as long as it runs."""
+        """The exit status; None while it runs."""
         ...
 
     def wait(self, timeout: float, /) -> int | None:
-        """As `poll`, after so many seconds at most."""
+        """Like `poll`, after waiting at most `timeout` seconds."""
         ...
 
     def terminate(self) -> None:
-        """Asks it to end."""
+        """Ask it to end."""
         ...
 
     def kill(self) -> None:
-        """Ends it."""
+        """End it."""
         ...
 
 
@@ -60,11 +60,11 @@ def run(
 ) -> Mapping[str, int]:
     """Run jobs, at most `workers` at once, and return their exit statuses by name.
 
-    `log` names the file that a job's output is appended to, `options` follow every command, and
-    `report` is told the names of jobs under way every second. When it is interrupted, so are
-    those it runs. A job whose folder another process is writing, such as one that outlived a
-    killed suite, counts as under way, and is run when that has ended. `start` starts a job, by
-    default as a process of this machine.
+    `log` gives the file to which a job's output is appended, `options` are added to every command,
+    and `report` is called every second with the names of running jobs. An interruption also
+    interrupts the jobs. A job whose folder is being written by another process, such as one that
+    outlived a killed suite, counts as running, and is started when that process has ended. `start`
+    starts a job, by default as a process on this machine.
     """
     start = start or partial(_start, alone=workers == 1)
     waiting = list(jobs)
@@ -87,7 +87,7 @@ def run(
 
 @contextlib.contextmanager
 def _processes() -> Iterator[dict[str, Process]]:
-    """Processes by name; those that are left when the block ends are told to end too."""
+    """Processes by name; those left when the block ends are terminated."""
     running: dict[str, Process] = {}
     try:
         yield running

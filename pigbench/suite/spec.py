@@ -1,4 +1,4 @@
-"""What a suite file says: environments, methods, variants, seeds; their product are its cells."""
+"""A suite file: environments, methods, variants and seeds; the product of these is the cells."""
 
 import dataclasses
 import itertools
@@ -19,10 +19,10 @@ from pigbench.support.compare import flatten
 from pigbench.training.run import Keep
 
 KEPT = "suite.json"
-"""What `write` is to keep a suite in, in its folder."""
+"""The file in a suite's folder in which `write` keeps it."""
 
 READY = Path(__file__).parent / "ready"
-"""The folder of suites that come with the package."""
+"""The folder of the suites that come with the package."""
 
 _UNKNOWN_FIELD = "unexpected_keyword_argument"
 
@@ -41,41 +41,41 @@ class Environment:
 
 @dataclass(frozen=True)
 class Data:
-    """How data that is not there is generated."""
+    """How missing data sets are generated."""
 
     policy: str = "play"
     physics: str = "exact"
     seed: Seed = 0
     validation_episodes: int | None = None
-    episode_transitions: int = 1000  # of an episode, by which the number of episodes is reckoned
-    filter: bool = False  # whether only good episodes are kept, as `pigbench data filter` has it
+    episode_transitions: int = 1000  # per episode, from which the number of episodes is computed
+    filter: bool = False  # whether only good episodes are kept, by `pigbench data filter`
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How often, and in how many episodes of each task, policies are evaluated."""
+    """How often, and in how many episodes per task, policies are evaluated."""
 
     every: int
     episodes: int = 10
-    noise: tuple[float, ...] = ()  # millimetres, in which trained policies are evaluated too
+    noise: tuple[float, ...] = ()  # millimetres, levels at which trained policies are evaluated too
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True)
 class Suite:
-    """A suite file. `agent` holds overrides for every method, a variant further ones."""
+    """A suite file. `agent` has overrides for all methods, a variant has further ones."""
 
     environments: tuple[Environment, ...]
     methods: tuple[str, ...]
     seeds: tuple[Seed, ...]
     evaluation: Evaluation
     preset: str = "paper"
-    rows: HomeChoice = "auto"  # where trainings keep the data's rows
-    keep: Keep = "last"  # checkpoints of trainings that stay
-    logger: tuple[str, ...] = ("tensorboard",)  # where trainings are shown
+    rows: HomeChoice = "auto"  # where training keeps the data's rows
+    keep: Keep = "last"  # checkpoints to keep
+    logger: tuple[str, ...] = ("tensorboard",)  # loggers of training
     films: bool = False  # whether evaluations are filmed
     data: Data = field(default_factory=Data)
     agent: Mapping[str, Any] = field(default_factory=dict)
@@ -99,7 +99,7 @@ class Suite:
                 raise UserError(f"{axis} names one twice: {', '.join(map(str, values))}")
 
     def cells(self) -> tuple["Cell", ...]:
-        """Every training of the suite, a seed's whole product before the next seed's."""
+        """Every training run of the suite, all those of one seed before the next seed's."""
         return tuple(
             Cell(environment, method, variant, seed)
             for seed, environment, method, variant in itertools.product(
@@ -108,13 +108,13 @@ class Suite:
         )
 
     def overrides(self, cell: "Cell") -> dict[str, Any]:
-        """The fields of the agent that the suite sets in a cell, nested ones dotted."""
+        """The agent's fields that the suite sets in a cell; nested ones have dotted names."""
         return dict(flatten(self.agent)) | dict(flatten(self.variants[cell.variant]))
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One training of a suite."""
+    """One training run of a suite."""
 
     environment: Environment
     method: str
@@ -123,15 +123,15 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """The cell's folder within the suite's."""
+        """The cell's folder within that of the suite."""
         method = f"{self.method}+{self.variant}" if self.variant else self.method
         return f"{self.environment.name}/{method}/{self.seed}"
 
 
 def read(path: Path) -> Suite:
-    """The suite in a TOML file, or of a name in `READY`.
+    """The suite in a TOML file, or the one of that name in `READY`.
 
-    Raises UserError for what is wrong with it.
+    Raises UserError if it is invalid.
     """
     if not path.suffix:
         path = READY / f"{path}.toml"
@@ -151,13 +151,13 @@ def read(path: Path) -> Suite:
 
 
 def write(path: Path, suite: Suite) -> None:
-    """Keeps the suite in a JSON file, which `read_kept` reads."""
+    """Write the suite to a JSON file, to be read by `read_kept`."""
     content = dataclasses.asdict(suite) | {"environments": _environments(suite)}
     files.write_json(path, files.sealed(content))
 
 
 def read_kept(path: Path) -> Suite:
-    """The suite that `write` kept. Raises UserError when there is none or it is torn."""
+    """The suite written by `write`. Raises UserError if there is none or it is torn."""
     try:
         return pydantic.TypeAdapter(Suite).validate_python(files.read_json(path))
     except pydantic.ValidationError as error:

@@ -1,4 +1,4 @@
-"""How far a suite is, told from its files alone."""
+"""The progress of a suite, determined from its files alone."""
 
 import json
 import re
@@ -28,22 +28,22 @@ class Status(NamedTuple):
 
 
 def log_path(out: Path, job: str) -> Path:
-    """The file with what a job of the suite in `out` has said."""
+    """The file with the output of a job of the suite in `out`."""
     return out / "logs" / f"{job}.log"
 
 
 def status(suite: Suite, out: Path) -> list[Status]:
-    """Every cell of the suite in the folder `out`."""
+    """The status of every cell of the suite in the folder `out`."""
     return [_status(cell, out) for cell in suite.cells()]
 
 
 def update(known: Sequence[Status], out: Path) -> list[Status]:
-    """The same cells now; what was done stays so, and is not read again."""
+    """The current status of the same cells; those that were done are not read again."""
     return [one if one.state == DONE else _status(one.cell, out) for one in known]
 
 
 def is_complete(folder: Path) -> bool:
-    """Does the folder hold a whole data set?"""
+    """Whether the folder contains a complete data set."""
     try:
         return not manifest.read(folder).missing()
     except UserError:
@@ -51,7 +51,7 @@ def is_complete(folder: Path) -> bool:
 
 
 def last_lines(log: Path, count: int) -> Sequence[str]:
-    """The last lines of a log that say something; none if there is no log."""
+    """The last lines of a log that are not blank; none if there is no log."""
     if not log.exists():
         return []
     text = log.read_text(encoding="utf-8", errors="replace")

@@ -1,1 +1,1 @@
-"""What all of the harness stands on: crash-safe files, comparing settings, progress."""
+"""Foundations of the harness: crash-safe files, comparison of settings, progress."""

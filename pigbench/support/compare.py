@@ -1,4 +1,4 @@
-"""Are configurations the same, and if not, where do they differ?"""
+"""Comparison of configurations: whether they are equal, and where they differ."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -8,7 +8,7 @@ from pigbench.errors import UserError
 
 
 class Difference(NamedTuple):
-    """A field, its name dotted from the outside in, and its two values ("absent" if none)."""
+    """A field, its name dotted from the outside in, and its two values ("absent" if missing)."""
 
     field: str
     first: Any
@@ -16,7 +16,7 @@ class Difference(NamedTuple):
 
 
 def first_difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> Difference | None:
-    """The first field, in the order of `first`, whose values differ as JSON; None if none does."""
+    """The first field, in the order of `first`, whose values differ as JSON; None if all agree."""
     left, right = _fields(first), _fields(second)
     for name in left | right:
         pair = left.get(name, "absent"), right.get(name, "absent")
@@ -28,9 +28,9 @@ def first_difference(first: Mapping[str, Any], second: Mapping[str, Any]) -> Dif
 def split(
     configs: Sequence[Mapping[str, Any]],
 ) -> tuple[dict[str, Any], dict[str, list[Any]]]:
-    """The fields that all share, with their value, and the others, with that of each.
+    """The fields that all share, with their value, and the others, with a value for each.
 
-    Names are dotted and values compared as in `first_difference`; None is that of a missing field.
+    Names are dotted and values compared as in `first_difference`; a missing field is None.
     """
     every = [_fields(config) for config in configs]
     values = {
@@ -46,7 +46,7 @@ def split(
 
 
 def require_same(what: str, stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
-    """Raises UserError unless `what`, which holds `stored`, is what is `wanted` now."""
+    """Raise UserError unless `stored`, the configuration of `what`, equals `wanted`."""
     difference = first_difference(stored, wanted)
     if difference is not None:
         name, old, new = difference
@@ -57,12 +57,12 @@ def require_same(what: str, stored: Mapping[str, Any], wanted: Mapping[str, Any]
 
 
 def _fields(config: Mapping[str, Any]) -> dict[str, Any]:
-    # Through JSON, so that what was read from a file equals what was written: tuples become lists.
+    # Through JSON, so that a value read from a file equals the one written: tuples become lists.
     return dict(flatten(json.loads(json.dumps(config))))
 
 
 def flatten(config: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """The fields of nested mappings, their names dotted from the outside in."""
+    """Yield the fields of nested mappings, with names dotted from the outside in."""
     for name, value in config.items():
         if isinstance(value, Mapping):
             yield from flatten(value, f"{prefix}{name}.")

@@ -1,4 +1,4 @@
-"""Packages that not everyone needs, imported when they are."""
+"""Optional packages, imported when they are needed."""
 
 import importlib
 from typing import Any
@@ -7,7 +7,7 @@ from pigbench.errors import UserError
 
 
 def required(*modules: str, extra: str) -> tuple[Any, ...]:
-    """The modules. Raises UserError, naming the extra that has it, where one is not installed."""
+    """The modules. Raises UserError, naming the extra to install, if one is not installed."""
     try:
         return tuple(importlib.import_module(module) for module in modules)
     except ImportError as error:

@@ -1,7 +1,7 @@
-"""Files and folders that are whole or not there at all.
+"""Files and folders that are complete or not there at all.
 
 A crash at any moment leaves the old content or the new, never a mixture: content is written under a
-temporary name beside its place, synced to the disk, and renamed. One writer a path at a time.
+temporary name beside its path, synced to disk, and renamed. Only one writer per path at a time.
 """
 
 import contextlib
@@ -24,13 +24,13 @@ _SEAL = "checksum"
 
 
 def temporary_path(path: Path) -> Path:
-    """Where the content of `path` is written before it takes its place. Always the same name."""
+    """Where the content of `path` is written before it is renamed. Always the same name."""
     return path.with_name(f".{path.name}.tmp")
 
 
 @contextlib.contextmanager
 def explaining_full_disk(path: Path) -> Iterator[None]:
-    """Turns the operating system's "no space left" within the block into a UserError."""
+    """Turn the operating system's "no space left" within the block into a UserError."""
     try:
         yield
     except Exception as error:
@@ -43,19 +43,19 @@ def explaining_full_disk(path: Path) -> Iterator[None]:
 
 
 def _is_full_disk(error: Exception) -> bool:
-    # Orbax reports a full disk as an error of its own, in words.
+    # Orbax reports a full disk as an error of its own, in its message only.
     return getattr(error, "errno", None) in _DISK_FULL or "No space left" in str(error)
 
 
 def nearest(path: Path) -> Path:
-    """The path itself if it is there, or else the first above it that is."""
+    """The path itself if it exists, or else its nearest parent that does."""
     return next(place for place in (path, *path.absolute().parents) if os.path.lexists(place))
 
 
 def require_folder(path: Path) -> None:
-    """Raises UserError unless files can be written in the folder `path`; it need not exist yet.
+    """Raise UserError unless files can be written in the folder `path`; it need not exist yet.
 
-    For the beginning of long work, so that it is not lost at the end. Leaves no trace.
+    To be called before long work, so that the work is not lost at the end. Leaves no trace.
     """
     place = nearest(path)
     if not place.is_dir():
@@ -67,27 +67,27 @@ def require_folder(path: Path) -> None:
 
 
 def require_new_folder(path: Path) -> None:
-    """As `require_folder`; raises UserError too if anything is in it already."""
+    """Like `require_folder`; also raises UserError if the folder is not empty."""
     require_folder(path)
     if path.is_dir() and any(path.iterdir()):
         raise UserError(f"{path} is not an empty folder; choose another")
 
 
 def require_file(path: Path) -> None:
-    """As `require_folder`, for a file; its folder need not exist yet."""
+    """Like `require_folder`, for a file; its folder need not exist yet."""
     if path.exists() and not path.is_file():
         raise UserError(f"{path} is not a file: choose another name")
     require_folder(path.parent)
 
 
 def require_files(*paths: Path | None) -> None:
-    """As `require_file`, for each that is given."""
+    """Like `require_file`, for each path that is not None."""
     for path in filter(None, paths):
         require_file(path)
 
 
 def make_folder(path: Path) -> None:
-    """Makes the folder, and those above it, if need be. Raises UserError as `require_folder`."""
+    """Make the folder and its parents if need be. Raises UserError like `require_folder`."""
     require_folder(path)
     with explaining_full_disk(path):
         path.mkdir(parents=True, exist_ok=True)
@@ -95,10 +95,10 @@ def make_folder(path: Path) -> None:
 
 @contextlib.contextmanager
 def replacing_file(path: Path) -> Iterator[BinaryIO]:
-    """A file to write; it takes the place of `path` when the block ends without an error.
+    """A file to write; it replaces `path` when the block ends without an error.
 
-    Its folder is made if need be. Raises UserError when `require_file` does, when another process
-    is writing it, and when the disk is full.
+    Its folder is made if need be. Raises UserError if `require_file` does, if another process is
+    writing it, or if the disk is full.
     """
     require_file(path)
     temporary = temporary_path(path)
@@ -115,7 +115,7 @@ def replacing_file(path: Path) -> Iterator[BinaryIO]:
 
 @contextlib.contextmanager
 def _opened_alone(path: Path) -> Iterator[BinaryIO]:
-    """The file, emptied, for one process at a time. Raises UserError for any other."""
+    """The file, truncated, for one process at a time. Raises UserError in any other process."""
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
     with open(descriptor, "wb") as file:
@@ -126,7 +126,7 @@ def _opened_alone(path: Path) -> Iterator[BinaryIO]:
 
 
 def _is_locked(descriptor: int, path: Path) -> bool:
-    """Is the open file now this process's, and still `path` (nobody has renamed it meanwhile)?"""
+    """Whether this process holds the open file, and it is still `path` (not renamed meanwhile)."""
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         return os.path.samestat(os.fstat(descriptor), path.stat())
@@ -136,10 +136,10 @@ def _is_locked(descriptor: int, path: Path) -> bool:
 
 @contextlib.contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """An empty folder to fill with files; it takes the place of `path` as `replacing_file` does.
+    """An empty folder to fill with files; it replaces `path` like `replacing_file`.
 
-    What lay at `path` before is removed first: a crash in between leaves nothing there. Folders
-    above it are made if need be.
+    The old content of `path` is removed first: a crash in between leaves nothing there. Parent
+    folders are made if need be.
     """
     temporary = temporary_path(path)
     with explaining_full_disk(path):
@@ -158,18 +158,18 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Replaces the content of `path`."""
+    """Replace the content of `path`."""
     with replacing_file(path) as file:
         file.write(content)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Replaces the content of `path` by `text` in UTF-8."""
+    """Replace the content of `path` with `text` in UTF-8."""
     write_bytes(path, text.encode())
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Replaces the content of `path` by `value` as JSON, keys in the order given."""
+    """Replace the content of `path` with `value` as JSON, with keys in the given order."""
     write_text(path, json.dumps(value, indent=1) + "\n")
 
 
@@ -179,9 +179,9 @@ def sealed(value: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def unsealed(path: Path, value: Any) -> Any:
-    """What was `sealed`, found in `path`; UserError if it has been altered since.
+    """The `sealed` value that was read from `path`. Raises UserError if it has been altered.
 
-    What bears no checksum, such as a file from before there were any, is as it is.
+    A value without a checksum, as in older files, is returned as it is.
     """
     if not isinstance(value, dict) or _SEAL not in value:
         return value
@@ -196,7 +196,7 @@ def _checksum(value: Mapping[str, Any]) -> str:
 
 
 def append_line(path: Path, line: str) -> None:
-    """Adds a line to the file `path`, made if it is missing. A crash may leave a part of it."""
+    """Append a line to the file `path`, made if it is missing. A crash may leave part of it."""
     with explaining_full_disk(path):
         is_new = not path.exists()
         with open(path, "ab") as file:
@@ -208,7 +208,7 @@ def append_line(path: Path, line: str) -> None:
 
 
 def read_text(path: Path) -> str:
-    """The content of `path`. Raises UserError when it is missing or not UTF-8."""
+    """The content of `path`. Raises UserError if it is missing or not UTF-8."""
     try:
         return path.read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError):
@@ -218,7 +218,7 @@ def read_text(path: Path) -> str:
 
 
 def read_json(path: Path) -> Any:
-    """The value in `path`, `unsealed`. Raises UserError when it is missing or not JSON."""
+    """The value in `path`, `unsealed`. Raises UserError if it is missing or not JSON."""
     try:
         return unsealed(path, json.loads(read_text(path)))
     except (json.JSONDecodeError, RecursionError) as error:
@@ -232,21 +232,21 @@ def sha256(path: Path) -> str:
 
 
 def require_room(path: Path, need: int) -> None:
-    """Raises UserError unless the disk of the folder `path` has `need` bytes free."""
+    """Raise UserError unless the disk of the folder `path` has `need` bytes free."""
     free = shutil.disk_usage(nearest(path)).free
     if free < need:
         raise UserError(f"{path} needs {need / 1e9:.1f} GB more, and its disk has {free / 1e9:.1f}")
 
 
 def allow_many_open() -> None:
-    """Lets this process have as many files open as the system permits: often but 1,024 to begin."""
+    """Raise this process's limit of open files, often only 1,024, to what the system permits."""
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-    with contextlib.suppress(ValueError, OSError):  # some systems permit less than they say
+    with contextlib.suppress(ValueError, OSError):  # some systems permit less than they report
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
 def remove_folder(path: Path) -> None:
-    """Removes the folder `path` and all it holds, if there is one."""
+    """Remove the folder `path` and everything in it, if it exists."""
     with contextlib.suppress(FileNotFoundError):
         shutil.rmtree(path)
 

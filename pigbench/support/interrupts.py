@@ -1,7 +1,7 @@
 """Ctrl-C and SIGTERM: what a command was writing is undone, and its process ends at once.
 
-Not by Python's own way out: a program that XLA runs may call into the interpreter at any moment
-(MuJoCo is behind a host callback), and while that is taken down this is a segmentation fault.
+Python's normal exit is avoided: a program that XLA runs may call into the interpreter at any moment
+(MuJoCo runs in a host callback), which is a segmentation fault while the interpreter shuts down.
 """
 
 import contextlib
@@ -19,16 +19,16 @@ _CALLBACKS = "jax._src.callback"
 SIGNALS = signal.SIGINT, signal.SIGTERM
 
 _PATIENCE_SECONDS = 3.0
-"""For how long the main thread may not hear a signal because a compiled program has it."""
+"""How long to wait for the main thread to receive a signal while it runs a compiled program."""
 
 
 @contextlib.contextmanager
 def leaving_at_once(farewell: Callable[[], str]) -> Iterator[None]:
-    """A signal within the block raises KeyboardInterrupt there; outside, it ends the process.
+    """A signal raises KeyboardInterrupt within the block, which then ends the process.
 
-    It then says `farewell()` on standard error, and its status is 128 plus the signal's number. A
-    main thread that does not hear the signal is not waited for: files are whole at every moment.
-    Does nothing outside the main thread, and to signals that are ignored, as by nohup.
+    The process prints `farewell()` on standard error and exits with 128 plus the signal's number.
+    It does not wait for a main thread that does not receive the signal: files are intact at every
+    moment. Does nothing outside the main thread, and for ignored signals, as under nohup.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -37,7 +37,7 @@ def leaving_at_once(farewell: Callable[[], str]) -> Iterator[None]:
     heard = threading.Event()
 
     def hear(number: int, frame: FrameType | None) -> None:
-        if _is_in_callback(frame):  # XLA would make an error of its own of an exception
+        if _is_in_callback(frame):  # XLA would turn an exception into an error of its own
             _leave(number, farewell)
         received.append(number)
         heard.set()
@@ -48,7 +48,7 @@ def leaving_at_once(farewell: Callable[[], str]) -> Iterator[None]:
         before = {number: signal.signal(number, hear) for number in obeyed}
         try:
             yield
-        except BaseException:  # whatever KeyboardInterrupt has become on its way
+        except BaseException:  # whatever KeyboardInterrupt has turned into on its way
             if received:
                 _leave(received[0], farewell)
             raise
@@ -59,7 +59,7 @@ def leaving_at_once(farewell: Callable[[], str]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _told_of_signals(tell: Callable[[int], object]) -> Iterator[None]:
-    """Calls `tell` with the first signal's number, in a thread of its own."""
+    """Call `tell` with the first signal's number, in a separate thread."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
 
@@ -67,7 +67,7 @@ def _told_of_signals(tell: Callable[[int], object]) -> Iterator[None]:
         number = os.read(reader, 1)
         if number:
             tell(number[0])
-        while os.read(reader, 1):  # timeout(1), for one, signals twice: Python minds a closed pipe
+        while os.read(reader, 1):  # timeout(1) signals twice, and Python complains of a closed pipe
             pass
         os.close(reader)
 
@@ -81,7 +81,7 @@ def _told_of_signals(tell: Callable[[int], object]) -> Iterator[None]:
 
 
 def _is_in_callback(frame: FrameType | None) -> bool:
-    """Is this code that a compiled program has called?"""
+    """Whether this code was called by a compiled program."""
     stack = () if frame is None else traceback.walk_stack(frame)
     return any(one.f_globals.get("__name__") == _CALLBACKS for one, _ in stack)
 

@@ -1,4 +1,4 @@
-"""One writer at a time: a lock on a folder, which the system lets go of when its process ends."""
+"""One writer at a time: a lock on a folder, which the system releases when its process ends."""
 
 import contextlib
 import fcntl
@@ -11,14 +11,14 @@ from pigbench.errors import UserError
 from pigbench.support import files
 
 _TRIES, _PAUSE_SECONDS = 5, 0.02
-"""A writer asks again: `is_held` has a folder for a moment."""
+"""A writer retries, because `is_held` locks a folder for a moment."""
 
 
 @contextlib.contextmanager
 def only_writer(folder: Path) -> Iterator[None]:
-    """Holds a folder, made if it is missing.
+    """Hold a folder, made if it is missing.
 
-    Raises UserError when another process holds it, or nothing can be written there.
+    Raises UserError if another process holds it, or if it cannot be written.
     """
     files.make_folder(folder)
     descriptor = os.open(folder, os.O_RDONLY)
@@ -33,7 +33,7 @@ def only_writer(folder: Path) -> Iterator[None]:
 
 
 def is_held(folder: Path) -> bool:
-    """Does a process hold the folder as its `only_writer`?"""
+    """Whether a process holds the folder as its `only_writer`."""
     if not folder.is_dir():
         return False
     descriptor = os.open(folder, os.O_RDONLY)

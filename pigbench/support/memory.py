@@ -1,20 +1,20 @@
-"""This machine's memory: simulations that do not fit are refused before they begin."""
+"""This machine's memory: simulations that do not fit are rejected before they begin."""
 
 import os
 
 from pigbench.errors import UserError
 
 _BYTES_EACH = 4096
-"""What one simulation takes at least (one cube, the C engine)."""
+"""The least that one simulation takes (one cube, the C engine)."""
 
 
 def physical() -> int:
-    """Bytes of this machine's memory."""
+    """Size of this machine's memory in bytes."""
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def require(simulations: int) -> None:
-    """Raises UserError if so many simulations at once need more than all of the memory."""
+    """Raise UserError if so many simulations at once need more than all of the memory."""
     need = _BYTES_EACH * simulations
     memory = physical()
     if need > memory:

@@ -1,4 +1,4 @@
-"""Output where its encoding lacks a character: a plain one in its place, not an error."""
+"""Output in encodings that lack a character: a plain one replaces it, instead of an error."""
 
 import codecs
 import io
@@ -9,7 +9,7 @@ _PLAIN = {"±": "+/-", "–": "-"}
 
 
 def write_plainly_where_needed(*streams: TextIO) -> None:
-    """From now on the streams take every text."""
+    """Make the streams accept any text from now on."""
     codecs.register_error(_ERRORS, _replace)
     for stream in streams:
         if isinstance(stream, io.TextIOWrapper):

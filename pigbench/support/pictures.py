@@ -1,4 +1,4 @@
-"""Files of pictures and films from arrays of pixels, (height, width, 3) in uint8."""
+"""Image and film files from arrays of pixels, (height, width, 3) uint8."""
 
 import io
 from collections.abc import Iterable
@@ -15,22 +15,22 @@ _QUALITY = "20"  # of H.264: lower is better and larger
 
 
 def check_path(path: Path, extension: str) -> None:
-    """Raises UserError unless the file's name ends so and it can be written."""
+    """Raise UserError unless the file has that extension and can be written."""
     if path.suffix.lower() != extension:
         raise UserError(f"{path} does not end in {extension}")
     files.require_file(path)
 
 
 def write_png(path: Path, picture: np.ndarray) -> None:
-    """Replaces `path` by the picture."""
+    """Replace `path` with the picture."""
     with files.replacing_file(path) as file:
         matplotlib.image.imsave(file, np.ascontiguousarray(picture), format="png")
 
 
 def gif_of_mp4(path: Path, *, every: int = 4, width: int = 160) -> tuple[bytes, int, int]:
-    """A film as a GIF of every so many pictures, at its pace, and its height and width in pixels.
+    """A film as a GIF of every `every`-th frame, at its own pace, with height and width in pixels.
 
-    Raises UserError when the package `av`, of the extra `render`, is not installed.
+    Raises UserError if the package `av`, of the extra `render`, is not installed.
     """
     (av,) = required("av", extra="render")
     with av.open(path) as film:
@@ -49,12 +49,12 @@ def gif_of_mp4(path: Path, *, every: int = 4, width: int = 160) -> tuple[bytes, 
 
 
 def write_mp4(path: Path, pictures: Iterable[np.ndarray], *, rate: int) -> None:
-    """Replaces `path` by a film, `rate` pictures per second; their height and width are even.
+    """Replace `path` with a film of `rate` pictures per second; height and width must be even.
 
-    Raises UserError when the package `av`, of the extra `render`, is not installed.
+    Raises UserError if the package `av`, of the extra `render`, is not installed.
     """
     (av,) = required("av", extra="render")
-    content = io.BytesIO()  # PyAV does not tell why it cannot write a file, such as a full disk
+    content = io.BytesIO()  # PyAV does not report why it cannot write a file, as on a full disk
     with av.open(content, "w", format="mp4") as film:
         stream = film.add_stream("libx264", rate=rate, options={"crf": _QUALITY})
         stream.pix_fmt = "yuv420p"

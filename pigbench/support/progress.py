@@ -1,4 +1,4 @@
-"""Progress of long work: one live line on a terminal, elsewhere a plain line every few seconds."""
+"""Progress of long work: a live line on a terminal, elsewhere a plain line every few seconds."""
 
 import sys
 import time
@@ -11,10 +11,10 @@ _CLEAR_TO_END = "\x1b[K"
 
 
 class Progress:
-    """Tells how far some work is, how fast it goes and how long it will take still.
+    """Shows how far some work is, how fast it goes and how long it will still take.
 
-    A context manager. `done` is what an earlier run did already: it counts for the percentage, not
-    for the rate. `clock` gives seconds.
+    A context manager. `done` is what an earlier run did: it counts for the percentage, but not for
+    the rate. `clock` returns seconds.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class Progress:
         self._begin = self._shown_at = clock()
 
     def advance(self, amount: int, note: str = "") -> None:
-        """Counts `amount` units more as done; `note` follows them on the line."""
+        """Count `amount` more units as done; `note` follows them on the line."""
         self._done += amount
         self._note = note
         interval = _LIVE_INTERVAL if self._live else _PLAIN_INTERVAL
@@ -46,7 +46,7 @@ class Progress:
             self._show(end="")
 
     def reach(self, done: int, note: str = "") -> None:
-        """As `advance`, given how much is done altogether."""
+        """Like `advance`, given the total that is done."""
         self.advance(done - self._done, note)
 
     def __enter__(self) -> "Progress":
@@ -82,7 +82,7 @@ class Progress:
 
 
 def duration(seconds: float) -> str:
-    """Minutes and seconds, with hours where there are any."""
+    """Minutes and seconds, with hours if there are any."""
     minutes, seconds = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes}:{seconds:02d}"

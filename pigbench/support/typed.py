@@ -1,4 +1,4 @@
-"""The command that this process runs, as one would type it."""
+"""The command of this process, as one would type it."""
 
 import shlex
 import sys
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def command() -> str:
-    """The program by its name, without its folder, and its arguments."""
+    """The program's name, without its folder, and its arguments."""
     program, *arguments = sys.argv
     name = Path(program).name
     return shlex.join(["pigbench" if name == "__main__.py" else name, *arguments])
