@@ -1,4 +1,4 @@
-"""Small regression studies of the paper: what a regulariser does to a cost-to-go that is known."""
+"""The paper's small regression studies: the effect of a regulariser on a known cost-to-go."""
 
 from collections.abc import Mapping
 

@@ -1,8 +1,8 @@
 """Full-dimensional anisotropic motion, as in the paper's Prop. eikonal_fully_controllable.
 
-s' = (c u_1, u_2 / c) with ||u|| <= 1 and c = sqrt(r): the feasible velocities are an ellipse of the
-area of the unit disc, whose axes are as r to 1. With the goal at 0, d* = ||(s_1 / c, c s_2)||, and
-the optimal motion is straight.
+s' = (c u_1, u_2 / c) with ||u|| <= 1 and c = sqrt(r): the feasible velocities form an ellipse with
+the area of the unit disc and axes in the ratio r : 1. With the goal at 0,
+d* = ||(s_1 / c, c s_2)||, and the optimal motion is straight.
 """
 
 import jax
@@ -13,11 +13,11 @@ from pigbench.agents.norms import safe_norm
 from pigbench.toy.problem import STEP, Example, Mode, Section
 
 RATIOS = 1, 2, 4
-"""Of the larger speed to the smaller; 1 is isotropic."""
+"""Ratios of the larger speed to the smaller; 1 is isotropic."""
 
 
 def mode(ratio: float) -> Mode:
-    """Motion with the speeds' ratio r."""
+    """Motion with the ratio of speeds r = `ratio`."""
     slownesses = np.array([ratio**-0.5, ratio**0.5], np.float32)
 
     def cost_to_go(states: jax.Array) -> jax.Array:

@@ -1,4 +1,4 @@
-"""How far fits are from the closed form, over the square: mean and deviation over seeds."""
+"""Errors of fits against the closed form, over the square: mean and deviation over seeds."""
 
 import csv
 import io
@@ -11,7 +11,7 @@ from pigbench.report.stats import Estimate, estimate
 from pigbench.toy.fit import Settings
 from pigbench.toy.study import Outcome, grid_states
 
-MARGIN = 0.1  # of the half width: states farther from kinks are away from them
+MARGIN = 0.1  # share of the half width: states farther from kinks count as away from them
 LARGE = 0.1  # an error above this is large
 
 MEASURES: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
@@ -19,18 +19,18 @@ MEASURES: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "away from kinks": lambda errors, far: errors[:, far].mean(axis=-1),
     f"share off by more than {LARGE}": lambda errors, far: (errors > LARGE).mean(axis=-1),
 }
-"""Of absolute errors (seeds, n) and which of the n states are away from kinks: one per seed."""
+"""Map absolute errors (seeds, n), and which of the n states are away from kinks, to (seeds,)."""
 
 Estimates = Mapping[tuple[str, str], Mapping[str, Estimate]]
 
 
 def errors(outcome: Outcome, settings: Settings) -> np.ndarray:
-    """Fit minus d* on the grid, (seeds, n)."""
+    """The fit minus d* on the grid, (seeds, n)."""
     return outcome.grid - np.asarray(outcome.mode.cost_to_go(grid_states(settings)))
 
 
 def estimates(outcomes: Sequence[Outcome], settings: Settings) -> Estimates:
-    """By the names of mode and loss, each of `MEASURES`."""
+    """Each of `MEASURES`, by the names of mode and loss."""
     return {(outcome.mode.name, outcome.loss): _measure(outcome, settings) for outcome in outcomes}
 
 
@@ -42,7 +42,7 @@ def _measure(outcome: Outcome, settings: Settings) -> dict[str, Estimate]:
 
 
 def markdown(found: Estimates) -> str:
-    """A table with one row a mode and loss."""
+    """A table with one row per mode and loss."""
     return markdown_grid(
         [
             ("mode", "loss", *MEASURES),
@@ -52,7 +52,7 @@ def markdown(found: Estimates) -> str:
 
 
 def comma_separated(found: Estimates) -> str:
-    """One row a mode, loss and measure, unrounded."""
+    """One row per mode, loss and measure, unrounded."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["mode", "loss", "measure", "mean", "deviation", "seeds"])

@@ -1,4 +1,4 @@
-"""The example's pictures: fits beside the truth, and the extended one with errors."""
+"""An example's figures: fits beside the truth, and an extended figure with errors."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
@@ -18,12 +18,12 @@ LABELS = {"baseline": "Baseline", "hjb": "HJB", "eikonal": "Eikonal"}
 METHODS = {"baseline": "gcivl", "hjb": "hjb-gcivl", "eikonal": "eik-gcivl"}
 
 _PANEL = 2.3  # inches
-_DPI = 100  # surfaces are smooth: more makes files large and shows nothing
+_DPI = 100  # surfaces are smooth: more would only make files larger
 _CONTOURS = 8
 
 
 def overview(example: Example, outcomes: Sequence[Outcome], settings: Settings) -> Figure:
-    """One row a mode: d*, the fits (means over seeds), and all of them along the section."""
+    """One row per mode: d*, the fits (means over seeds), and all of them along the section."""
     modes = list(_by_mode(outcomes))
     figure, rows = _panels(len(modes), len(LOSSES) + 2)
     for row, (mode, fits) in zip(rows, modes, strict=True):
@@ -37,7 +37,7 @@ def overview(example: Example, outcomes: Sequence[Outcome], settings: Settings) 
 
 
 def extended(example: Example, outcomes: Sequence[Outcome], settings: Settings) -> Figure:
-    """Two rows a mode: the fits and their errors, means over seeds; one column a loss."""
+    """Two rows per mode, the fits and their errors (means over seeds); one column per loss."""
     modes = list(_by_mode(outcomes))
     figure, rows = _panels(2 * len(modes), len(LOSSES))
     for (mode, fits), upper, lower in zip(modes, rows[::2], rows[1::2], strict=True):
@@ -67,7 +67,7 @@ def _name(panels: Sequence[Axes], titles: Sequence[str], example: Example) -> No
 
 
 def _draw_costs(panels: Sequence[Axes], surfaces: Sequence[np.ndarray], settings: Settings) -> None:
-    """Colours and contours, the same for all panels."""
+    """Draw colours and contours, the same for all panels."""
     low, high = min(map(np.min, surfaces)), max(map(np.max, surfaces))
     _draw(panels, surfaces, settings, (low, high), "cividis", r"$\hat d$")
     first, second = np.asarray(grid_states(settings)).T.reshape(2, SIDE, SIDE)
@@ -86,7 +86,7 @@ def _draw_costs(panels: Sequence[Axes], surfaces: Sequence[np.ndarray], settings
 def _draw_errors(
     panels: Sequence[Axes], surfaces: Sequence[np.ndarray], settings: Settings
 ) -> None:
-    """Colours about white at 0, the same for all panels."""
+    """Draw colours that are white at 0, the same for all panels."""
     largest = max(np.abs(surface).max() for surface in surfaces)
     _draw(panels, surfaces, settings, (-largest, largest), "PuOr", r"$\hat d - d^*$")
 
@@ -118,7 +118,7 @@ def _draw(
 
 
 def _draw_section(panel: Axes, mode: Mode, fits: Sequence[Outcome], settings: Settings) -> None:
-    """d* and, with a band of one standard deviation over seeds, the fits."""
+    """Draw d* and the fits, with a band of one standard deviation over seeds."""
     states = section_states(mode, settings)
     position = np.asarray(states[:, 1])
     panel.plot(position, mode.cost_to_go(states), color=BLACK, linestyle=":", label="$d^*$")

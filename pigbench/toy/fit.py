@@ -1,4 +1,4 @@
-"""Regression of a cost-to-go under a regulariser, all seeds side by side."""
+"""Regression of a cost-to-go under a regulariser, with all seeds in parallel."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,23 +19,23 @@ LOSSES: Mapping[str, Regularizer] = {
     "hjb": Regularizer("hjb"),
     "eikonal": Regularizer("eikonal"),
 }
-"""The paper's three losses, Eq. toy_baseline, toy_hjb and toy_eik: regression and a residual."""
+"""The paper's three losses, Eqs. toy_baseline, toy_hjb and toy_eik: regression plus a residual."""
 
 _STRETCH = 100  # updates between two reports
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the paper leaves open. Raises `UserError` if a value is out of range."""
+    """Settings that the paper leaves open. Raises UserError if a value is out of range."""
 
     half_width: float = 1.0
     """Positions are uniform in [-half_width, half_width]."""
     steps: int = 5000
-    """Updates of each fit."""
+    """Updates per fit."""
     batch_size: int = 256
-    """Fresh states of each mode in an update."""
+    """Fresh states per mode in each update."""
     learning_rate: float = 1e-3
-    """Adam's initial learning rate, which falls to 0 along a cosine."""
+    """Adam's initial learning rate, which decays to 0 along a cosine."""
     hidden_sizes: tuple[int, ...] = (64, 64)
     """Hidden layers of the network."""
 
@@ -46,7 +46,7 @@ class Settings:
 
 
 def predict(settings: Settings, params: Any, number: int, states: jax.Array) -> jax.Array:
-    """d(s, g) of the network for states (B, 2) in the fit's mode of that number: (B,)."""
+    """The network's d(s, g), (B,), for states (B, 2) in the fit's mode `number`."""
     modes = jnp.full_like(states[:, :1], number)
     inputs = jnp.concatenate([states / settings.half_width, modes], axis=-1)
     return cast(jax.Array, _network(settings).apply(params, inputs))[:, 0]
@@ -60,10 +60,10 @@ def fit(
     settings: Settings,
     report: Callable[[int], None],
 ) -> Any:
-    """One network for each seed, on all modes alike: their parameters, stacked.
+    """Fit one network per seed to all modes; returns their parameters, stacked.
 
-    A seed fixes initial weights and states, the same for every regulariser. `report` is told how
-    many updates more are done.
+    A seed determines initial weights and states, the same for every regulariser. `report` is called
+    with the number of further updates done.
     """
     optimizer = optax.adam(optax.cosine_decay_schedule(settings.learning_rate, settings.steps))
     keys = jnp.stack([seed_key(seed) for seed in seeds])
@@ -81,7 +81,7 @@ def fit(
     @jax.jit
     def stretch(state: Any, start: jax.Array, stop: jax.Array) -> Any:
         def step(number: jax.Array, state: Any) -> Any:
-            # Number 0 has drawn the weights.
+            # Number 0 was used for the weights.
             return jax.vmap(update)(
                 state, jax.vmap(jax.random.fold_in, (0, None))(keys, number + 1)
             )

@@ -1,9 +1,9 @@
 """The 1-D pick-and-place example: an agent at x_a fetches an object at x_o.
 
-States are (x_a, x_o); the mode is h. The goal is to hold the object at 0. Without contact the
-agent moves alone; having reached the object it takes hold of it, at a cost of 1; then both move
-together. d* is the paper's Eq. toy_example_gc_value_function; in the holding mode it is defined
-on all of the square, though only states with x_a = x_o can be reached.
+States are (x_a, x_o); the mode is h. The goal is to hold the object at 0. Without contact, the
+agent moves alone; once it has reached the object, it grasps it at a cost of 1; then both move
+together. d* is the paper's Eq. toy_example_gc_value_function; in the holding mode, it is defined
+on the whole square, though only states with x_a = x_o can be reached.
 """
 
 import jax

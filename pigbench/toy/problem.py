@@ -1,4 +1,4 @@
-"""What an example is made of: motions in the plane with a closed-form cost-to-go."""
+"""The parts of an example: motions in the plane with a closed-form cost-to-go."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ import jax
 import jax.numpy as jnp
 
 STEP = 0.01
-"""Time between a state and its successor; residuals see the direction of the motion only."""
+"""Time between a state and its successor; residuals use only the direction of the motion."""
 
 
 class Section(NamedTuple):
-    """A line through the square [-1, 1]^2, along which fits are drawn over the second coordinate.
+    """A line through the square [-1, 1]^2, along which fits are plotted over the second coordinate.
 
-    `label` may name the start, scaled to the square in use, by "{0:g}" and "{1:g}".
+    `label` may refer to the start, scaled to the square in use, as "{0:g}" and "{1:g}".
     """
 
     label: str
@@ -22,7 +22,7 @@ class Section(NamedTuple):
     end: tuple[float, float]
 
     def points(self, count: int) -> jax.Array:
-        """(count, 2)."""
+        """`count` points along the line, (count, 2)."""
         return jnp.linspace(jnp.array(self.start), jnp.array(self.end), count)
 
 
@@ -33,13 +33,13 @@ class Mode:
     name: str
     cost_to_go: Callable[[jax.Array], jax.Array]  # d*(s, g), (B,), with the goal at the origin
     successor: Callable[[jax.Array], jax.Array]  # s' after `STEP` of optimal motion, (B, 2)
-    kink_distance: Callable[[jax.Array], jax.Array]  # (B,) from where d* has no gradient
+    kink_distance: Callable[[jax.Array], jax.Array]  # (B,) to where d* has no gradient
     section: Section
 
 
 @dataclass(frozen=True)
 class Example:
-    """Fits to make, one network each, which sees a state and the number of its mode."""
+    """Fits to make, each of one network, whose inputs are a state and the number of its mode."""
 
     axes: tuple[str, str]
     fits: tuple[tuple[Mode, ...], ...]

@@ -1,4 +1,4 @@
-"""An example's modes fitted under every loss, looked at on a grid and along a line."""
+"""An example's modes fitted under every loss, evaluated on a grid and along a line."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -15,7 +15,7 @@ SIDE = 101
 
 
 class Outcome(NamedTuple):
-    """Fits of one mode under one loss: one per seed."""
+    """Fits of one mode under one loss, one per seed."""
 
     mode: Mode
     loss: str
@@ -24,7 +24,7 @@ class Outcome(NamedTuple):
 
 
 def grid_states(settings: Settings) -> jax.Array:
-    """States (SIDE^2, 2) over the square; the first coordinate runs fastest."""
+    """States (SIDE^2, 2) over the square; the first coordinate varies fastest."""
     side = jnp.linspace(-settings.half_width, settings.half_width, SIDE)
     return jnp.stack(jnp.meshgrid(side, side), axis=-1).reshape(-1, 2)
 
@@ -41,9 +41,9 @@ def study(
     settings: Settings,
     report: Callable[[int, str], None],
 ) -> list[Outcome]:
-    """Every mode of the example under every loss, mode by mode.
+    """Fit every mode of the example under every loss; outcomes are ordered by mode.
 
-    `report` is told how many updates more are done, and under which loss.
+    `report` is called with the number of further updates done and their loss.
     """
     return [outcome for modes in example.fits for outcome in _fits(modes, seeds, settings, report)]
 

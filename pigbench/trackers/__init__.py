@@ -1,4 +1,4 @@
-"""Where people look at their trainings: TensorBoard, W&B, Trackio, or a class of one's own."""
+"""Trackers that display training runs: TensorBoard, W&B, Trackio, or a class of one's own."""
 
 from pigbench.trackers.registry import get, names, register
 from pigbench.trackers.tracker import Tracker, evaluated

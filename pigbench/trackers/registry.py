@@ -1,4 +1,4 @@
-"""Trackers by name. Those that come with pigbench are imported when they are asked for."""
+"""Trackers by name. Those that come with pigbench are imported when they are requested."""
 
 import importlib
 
@@ -11,13 +11,13 @@ _MODULES = {
     "wandb": "pigbench.trackers.wandb",
     "trackio": "pigbench.trackers.trackio",
 }
-"""Each registers its class as it is imported."""
+"""Each module registers its class when it is imported."""
 
 _TRACKERS: dict[str, type[Tracker]] = {}
 
 
 def register(name: str, tracker: type[Tracker]) -> None:
-    """Make a tracker known under `name`; `UserError` if that is taken, or no name."""
+    """Register a tracker as `name`. Raises UserError if the name is taken or invalid."""
     check("a logger", name)
     if name in _TRACKERS:
         raise UserError(f"logger {name!r} is already registered: choose another name")
@@ -30,7 +30,7 @@ def names() -> tuple[str, ...]:
 
 
 def get(name: str) -> type[Tracker]:
-    """The tracker of that name. Raises `UserError` if there is none, or it is not installed."""
+    """The tracker of that name. Raises UserError if it is unknown or not installed."""
     lookup("logger", dict.fromkeys(names()), name)
     if name not in _TRACKERS:
         importlib.import_module(_MODULES[name])

@@ -1,4 +1,4 @@
-"""TensorBoard's events, in the run's folder `tensorboard`. It knows no films but GIFs."""
+"""TensorBoard events, in the run's folder `tensorboard`. TensorBoard shows films only as GIFs."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +15,7 @@ FOLDER = "tensorboard"
 
 
 class TensorBoard(Tracker):
-    """Events beyond the step that training goes on from are hidden."""
+    """TensorBoard events. Those beyond the step from which training resumes are hidden."""
 
     def __init__(self, run: Run, *, step: int) -> None:
         super().__init__(run, step=step)
@@ -23,14 +23,14 @@ class TensorBoard(Tracker):
         self._events = SummaryWriter(str(self._folder), purge_step=step + 1)
 
     def scalars(self, step: int, values: Mapping[str, float]) -> None:
-        """Written at once."""
+        """Write the numbers at once."""
         with files.explaining_full_disk(self._folder):
             for name, value in values.items():
                 self._events.add_scalar(name, value, step)
             self._events.flush()
 
     def film(self, step: int, name: str, path: Path) -> None:
-        """As a GIF, smaller."""
+        """Write the film as a smaller GIF."""
         gif, height, width = pictures.gif_of_mp4(path)
         image = Summary.Image(height=height, width=width, colorspace=3, encoded_image_string=gif)
         summary = Summary(value=[Summary.Value(tag=name, image=image)])
@@ -40,7 +40,7 @@ class TensorBoard(Tracker):
             self._events.flush()
 
     def close(self) -> None:
-        """Closes the file."""
+        """Close the file."""
         self._events.close()
 
 

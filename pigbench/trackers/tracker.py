@@ -1,8 +1,8 @@
-"""What a tracker is, and under which names it is given the numbers of an evaluation.
+"""The interface of trackers, and the names under which they receive an evaluation's numbers.
 
-Training metrics have the names that `metrics.jsonl` has; evaluations come as
-"evaluation/success", each further measure of episodes, "evaluation/task1_horizontal/success" and
-so on, and films as "evaluation/film/task1_horizontal/success".
+Training metrics have their names in `metrics.jsonl`. Evaluations have "evaluation/success",
+likewise every other measure of episodes, and "evaluation/task1_horizontal/success" and so on; films
+have "evaluation/film/task1_horizontal/success".
 """
 
 import abc
@@ -18,10 +18,10 @@ FILM = "evaluation/film"
 
 
 class Tracker(abc.ABC):
-    """Shows the numbers and films of one run. A context manager.
+    """Displays the numbers and films of one run. A context manager.
 
-    It is made as training begins or goes on, after `step` updates: of what was shown beyond, all
-    comes again.
+    It is made when training begins or resumes, after `step` updates: everything shown beyond that
+    step will be sent again.
     """
 
     def __init__(self, run: Run, *, step: int) -> None:
@@ -34,13 +34,13 @@ class Tracker(abc.ABC):
 
     @abc.abstractmethod
     def scalars(self, step: int, values: Mapping[str, float]) -> None:
-        """Shows numbers after so many updates; some may not be finite."""
+        """Show numbers after `step` updates; some may not be finite."""
 
     def film(self, step: int, name: str, path: Path) -> None:  # noqa: B027  optional
-        """Shows a film, a file in MP4, of the policy after so many updates."""
+        """Show a film, an MP4 file, of the policy after `step` updates."""
 
     def close(self) -> None:  # noqa: B027  optional
-        """Lets go of all it holds."""
+        """Release all resources."""
 
     def __enter__(self) -> "Tracker":
         return self
@@ -50,7 +50,7 @@ class Tracker(abc.ABC):
 
 
 def evaluated(episodes: Iterable[Episode]) -> dict[str, float]:
-    """The means of an evaluation's measures, and each task's success, by the trackers' names."""
+    """The means of an evaluation's measures and each task's success, under the trackers' names."""
     rows = list(episodes)
     tasks = {row.task_name: [r for r in rows if r.task_name == row.task_name] for row in rows}
     known = {name: None for row in rows for name in row.measures}
@@ -60,5 +60,5 @@ def evaluated(episodes: Iterable[Episode]) -> dict[str, float]:
 
 
 def _mean(episodes: Iterable[Episode], measure: str) -> float:
-    """Over the episodes that have it."""
+    """The measure's mean over the episodes that have it."""
     return float(np.mean([e.measures[measure] for e in episodes if measure in e.measures]))

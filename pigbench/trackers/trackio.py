@@ -16,11 +16,11 @@ _PROJECT = "pigbench"
 
 
 class Trackio(Tracker):
-    """A run of Trackio, the same whenever training goes on."""
+    """A Trackio run, the same one whenever training resumes."""
 
     def __init__(self, run: Run, *, step: int) -> None:
         super().__init__(run, step=step)
-        # In a context of its own: else it would end the run of a seed trained beside this one.
+        # In a context of its own: otherwise it would end the run of a seed trained beside this one.
         self._trackio = contextvars.Context().run(
             trackio.init,
             project=_PROJECT,
@@ -31,15 +31,15 @@ class Trackio(Tracker):
         )
 
     def scalars(self, step: int, values: Mapping[str, float]) -> None:
-        """A row of the run's table."""
+        """Add a row to the run's table."""
         self._trackio.log(dict(values), step=step)
 
     def film(self, step: int, name: str, path: Path) -> None:
-        """A copy of the file."""
+        """Add a copy of the file."""
         self._trackio.log({name: trackio.Video(path)}, step=step)
 
     def close(self) -> None:
-        """Waits until all is written."""
+        """Wait until everything is written."""
         self._trackio.finish()
 
 

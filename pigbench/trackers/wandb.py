@@ -1,7 +1,7 @@
-"""Weights & Biases. `WANDB_PROJECT`, `WANDB_MODE=offline` and its other variables hold.
+"""Weights & Biases. It obeys `WANDB_PROJECT`, `WANDB_MODE=offline` and its other variables.
 
-Its own steps cannot go back, as training does that goes on from a checkpoint; so the axis is
-"step", a number like others.
+Its own steps cannot go back, as training does when it resumes from a checkpoint; so the axis is
+"step", logged like any other number.
 """
 
 import dataclasses
@@ -20,11 +20,11 @@ from pigbench.training.run import Run
 (wandb,) = required("wandb", extra="wandb")
 
 _PROJECT = "pigbench"
-_ID_FILE = "wandb-id"  # in the run's folder: under which W&B knows the run
+_ID_FILE = "wandb-id"  # in the run's folder: the run's id in W&B
 
 
 class WandB(Tracker):
-    """A run of W&B, the same whenever training goes on."""
+    """A W&B run, the same one whenever training resumes."""
 
     def __init__(self, run: Run, *, step: int) -> None:
         super().__init__(run, step=step)
@@ -35,27 +35,27 @@ class WandB(Tracker):
                 group=f"{run.config.environment}, {run.config.label}",
                 id=_identity(run),
                 resume="allow",
-                reinit="create_new",  # seeds that are trained together are runs beside each other
+                reinit="create_new",  # seeds trained together are concurrent runs
                 dir=run.path,
                 config=dataclasses.asdict(run.config),
                 settings=wandb.Settings(console="off", silent=True),
             )
         except wandb.Error as error:
             raise UserError(
-                f"W&B takes no run: {error}; see `wandb login`, or set WANDB_MODE=offline"
+                f"W&B accepts no run: {error}; see `wandb login`, or set WANDB_MODE=offline"
             ) from None
         self._wandb.define_metric("*", step_metric="step")
 
     def scalars(self, step: int, values: Mapping[str, float]) -> None:
-        """A row of the run's history."""
+        """Add a row to the run's history."""
         self._wandb.log({**values, "step": step})
 
     def film(self, step: int, name: str, path: Path) -> None:
-        """A copy of the file."""
+        """Add a copy of the file."""
         self._wandb.log({name: wandb.Video(str(path), format="mp4"), "step": step})
 
     def close(self) -> None:
-        """Waits until all is sent, or on the disk."""
+        """Wait until everything is sent or on disk."""
         self._wandb.finish()
 
 

@@ -1,1 +1,1 @@
-"""Runs: training, evaluation, and what they leave in a folder."""
+"""Runs: training, evaluation, and the files that they leave in a folder."""

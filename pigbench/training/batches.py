@@ -1,6 +1,6 @@
-"""Where updates get their batches: the program draws them itself, or threads bring them.
+"""Sources of batches for updates: drawn by the compiled program itself, or gathered by threads.
 
-Either way, update t of a seed sees what `sampler.sample` draws from `keys_of(key, t)`.
+Either way, update t of a seed gets what `sampler.sample` draws from `keys_of(key, t)`.
 """
 
 import contextlib
@@ -17,35 +17,35 @@ from pigbench.data import sampler
 from pigbench.data.mapped import MappedArray
 from pigbench.data.sampler import Indices, Rows
 
-_BLOCK = 16e6  # bytes, about, that threads gather at a time
-_MOST_UPDATES = 256  # of a block: the first one starts no sooner
-_AHEAD = 4  # blocks gathered, or being gathered, beyond the one in use
+_BLOCK = 16e6  # approximate bytes that threads gather at a time
+_MOST_UPDATES = 256  # per block: training starts only when the first block is complete
+_AHEAD = 4  # blocks gathered or being gathered beyond the one in use
 
 
 class Batches(Protocol):
-    """The batches of a training; updates run in parts, each a compiled program's worth."""
+    """The batches of a training run; updates run in parts, each one call of a compiled program."""
 
     axis: int | None
-    """The axis of a part's arrays that counts seeds trained together."""
+    """The axis of a part's arrays over the seeds trained together; None if there is none."""
 
     def parts(self, start: int, stop: int) -> Iterator[tuple[Any, int]]:
-        """What `batch` needs for the updates from `start` on, and where that ends: up to `stop`."""
+        """Yield the inputs of `batch` for updates from `start` up to `stop`, with their ends."""
         ...
 
     def batch(self, part: Any, key: jax.Array, step: jax.Array | int) -> Batch:
-        """The batch of a seed's update `step`, whose key is `key`. Pure."""
+        """The batch of a seed's update `step`, drawn with `key`. Pure."""
         ...
 
 
 def keys_of(key: jax.Array, step: jax.Array | int) -> tuple[jax.Array, jax.Array]:
-    """The keys of the batch and of the update proper, given a seed's key and the update's step."""
+    """The keys of the batch and of the update itself, given a seed's key and the update's step."""
     batch_key, update_key = jax.random.split(jax.random.fold_in(key, step))
     return batch_key, update_key
 
 
 @contextlib.contextmanager
 def of(rows: Rows, agent: Agent, key: jax.Array) -> Iterator[Batches]:
-    """The batches that `agent` wants of `rows`, given the key of a seed or of several, (S,)."""
+    """The batches that `agent` needs from `rows`, given the key of a seed or of several, (S,)."""
     if not isinstance(rows.observations, MappedArray):
         yield Drawn(rows, agent)
         return
@@ -57,7 +57,7 @@ def of(rows: Rows, agent: Agent, key: jax.Array) -> Iterator[Batches]:
 
 
 class Drawn:
-    """From rows on the device: all updates are one part."""
+    """Batches from rows on the device: all updates are one part."""
 
     axis: int | None = None
 
@@ -65,20 +65,21 @@ class Drawn:
         self._rows, self._agent = rows, agent
 
     def parts(self, start: int, stop: int) -> Iterator[tuple[Rows, int]]:
-        """Given the rows, any number of updates can run."""
+        """Yield the rows, with which any number of updates can run."""
         del start
         yield self._rows, stop
 
     def batch(self, part: Rows, key: jax.Array, step: jax.Array | int) -> Batch:
-        """Drawn here and now."""
+        """Draw the batch within the program."""
         del step
         return sampler.sample(key, part, self._agent.sampling, self._agent.config.batch_size)
 
 
 class Gathered:
-    """From rows on the disk: a part is a block of batches, gathered in threads that run ahead.
+    """Batches from rows on disk: a part is a block of batches, gathered in threads that run ahead.
 
-    Block b holds the batches of the n updates from b n on, whatever the step that is begun with.
+    Block b has the batches of the n updates from step b n on, whatever the step at which training
+    starts.
     """
 
     axis: int | None = 0
@@ -99,13 +100,13 @@ class Gathered:
         states = sum(leaf.size for leaf in jax.tree.leaves(indices)) + indices.starts.size
         bytes_an_update = states * rows.observations.shape[-1] * 4
         self._updates = max(1, min(_MOST_UPDATES, int(_BLOCK // bytes_an_update)))
-        # Compiled before threads ask for it, each of which would compile it otherwise.
+        # Compiled before the threads use it, since otherwise each of them would compile it.
         self._draw = jax.jit(draw_all).lower(key, self._steps(0)).compile()
         self._blocks: dict[int, Future[Batch]] = {}
         self._threads = ThreadPoolExecutor(min(_AHEAD, os.cpu_count() or 1), "gather")
 
     def parts(self, start: int, stop: int) -> Iterator[tuple[Batch, int]]:
-        """A part ends where its block does."""
+        """Yield parts that end where their blocks do."""
         while start < stop:
             number = start // self._updates
             end = min(stop, (number + 1) * self._updates)
@@ -113,13 +114,13 @@ class Gathered:
             start = end
 
     def batch(self, part: Batch, key: jax.Array, step: jax.Array | int) -> Batch:
-        """Taken out of its block."""
+        """Take the batch out of its block."""
         del key
         place = step % self._updates
         return jax.tree.map(lambda x: jax.lax.dynamic_index_in_dim(x, place, keepdims=False), part)
 
     def close(self) -> None:
-        """Gathers no further."""
+        """Stop gathering."""
         self._threads.shutdown(cancel_futures=True)
 
     def _block(self, number: int) -> Batch:

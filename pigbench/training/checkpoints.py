@@ -1,6 +1,6 @@
-"""Training states on disk, by Orbax: written whole or not at all; the last two at least are kept.
+"""Training states on disk, by Orbax: written completely or not at all; at least two are kept.
 
-Two, because runs that are trained together go on from a step that all of them have saved.
+Two, because runs that are trained together resume from a step that all of them have saved.
 """
 
 import contextlib
@@ -23,19 +23,18 @@ from pigbench.support import files
 _DIGEST = "sha256"
 
 Kept = Callable[[Sequence[int]], Collection[int]]
-"""Of the steps that have a checkpoint, in order, those that are to have it still."""
+"""Selects, from the steps with checkpoints in order, those whose checkpoints are kept."""
 
 
 def last_two(steps: Sequence[int]) -> Sequence[int]:
-    """What going on needs."""
+    """The steps that are needed to resume."""
     return steps[-2:]
 
 
 class Checkpoints:
-    """The checkpoints of a run's folder; after each `save`, those of `kept` are left. A context
-    manager.
+    """The checkpoints in a run's folder; each `save` leaves only those selected by `kept`.
 
-    Where `read_only`, nothing is made or tidied there: another process may be training.
+    A context manager. If `read_only`, nothing is made or removed: another process may be training.
     """
 
     def __init__(self, folder: Path, *, kept: Kept = last_two, read_only: bool = False) -> None:
@@ -49,13 +48,13 @@ class Checkpoints:
             self._manager = ocp.CheckpointManager(folder.absolute(), options=options)
 
     def steps(self) -> list[int]:
-        """The training steps of the states that are kept."""
+        """The training steps whose states are kept."""
         return list(self._manager.all_steps())
 
     def save(self, state: TrainState) -> None:
-        """Keep `state`, complete on return; a state of its step that is there already is the same.
+        """Save `state`, complete on return, unless its step is already saved.
 
-        Updates are deterministic, which makes it so.
+        Updates are deterministic, so an existing state of the same step is equal.
         """
         step = int(state.step)
         if step in self.steps():
@@ -72,15 +71,15 @@ class Checkpoints:
             self._manager.wait_until_finished()
 
     def drop(self, unwanted: Callable[[int], bool]) -> None:
-        """Remove the states of such steps."""
+        """Remove the states of unwanted steps."""
         for step in filter(unwanted, self.steps()):
             with _without_log():
                 self._manager.delete(step)
 
     def restore(self, like: TrainState, step: int) -> TrainState:
-        """The state of that step, of the structure of `like`.
+        """The state of that step, with the structure of `like`.
 
-        Raises UserError if it cannot be read, or is of another structure.
+        Raises UserError if it cannot be read, or if its structure differs.
         """
         try:
             with _without_log():
@@ -89,13 +88,13 @@ class Checkpoints:
                     self._manager.restore(step, args=ocp.args.StandardRestore(like)),
                 )
                 kept = self._manager.metadata(step).custom_metadata or {}
-        except Exception as error:  # Orbax raises many kinds for a torn or foreign checkpoint
+        except Exception as error:  # Orbax raises many types for a torn or foreign checkpoint
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise UserError(
                 f"{self.folder / str(step)} cannot be read ({reason}); "
                 "remove it and train again in the same folder"
             ) from None
-        if kept.get(_DIGEST) not in (None, _digest(restored)):  # those from before have none
+        if kept.get(_DIGEST) not in (None, _digest(restored)):  # older checkpoints have none
             raise UserError(
                 f"{self.folder / str(step)} is altered: its numbers have not the checksum that it "
                 "bears; remove it and train again in the same folder"
@@ -103,7 +102,7 @@ class Checkpoints:
         return restored
 
     def close(self) -> None:
-        """Let go of the folder."""
+        """Release the folder."""
         self._manager.close()
 
     def __enter__(self) -> "Checkpoints":
@@ -115,7 +114,7 @@ class Checkpoints:
 
 @dataclasses.dataclass(frozen=True)
 class _Preservation(checkpoint_managers.PreservationPolicy):
-    """`Kept`, as Orbax asks for it."""
+    """`Kept` as an Orbax policy."""
 
     kept: Kept
 
@@ -135,7 +134,7 @@ def _digest(state: TrainState) -> str:
 
 @contextlib.contextmanager
 def _without_log() -> Iterator[None]:
-    """Orbax logs the tracebacks of what it raises too, those of its threads included."""
+    """Silence Orbax, which also logs the tracebacks of what it raises, in its threads too."""
     logger = logging.getLogger("absl")
     before, logger.disabled = logger.disabled, True
     try:
@@ -145,5 +144,5 @@ def _without_log() -> Iterator[None]:
 
 
 def common_step(several: Sequence[Checkpoints]) -> int | None:
-    """The last step that each of them keeps; None if there is none."""
+    """The last step that all of them have; None if there is none."""
     return max(set.intersection(*(set(one.steps()) for one in several)), default=None)

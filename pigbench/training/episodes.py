@@ -15,10 +15,9 @@ from pigbench.training.measures import MEASURES, Value
 class Episode(NamedTuple):
     """One evaluation episode.
 
-    `step` is the training step of the evaluated policy, `task` counts from 1, `episode` tells the
-    episodes of a task apart, `seed` is the evaluation's. `measures` has the values of `MEASURES`
-    that are known, by name: not all are in files from before a measure was, and a diverged episode
-    has no final distance.
+    `step` is the training step of the evaluated policy, `task` counts from 1, `episode` numbers the
+    episodes of a task, `seed` is the evaluation's. `measures` has the known values of `MEASURES` by
+    name: older files may lack some of them, and a diverged episode has no final distance.
     """
 
     step: int
@@ -29,8 +28,8 @@ class Episode(NamedTuple):
     measures: Mapping[str, Value]
 
 
-# The file's columns, and their types: flags are 0 or 1 there, distances have tenths of
-# millimetres, and what is not known is empty.
+# The file's columns and their types: flags are 0 or 1, distances are given to a tenth of a
+# millimetre, and unknown values are empty.
 _WHICH = {name: kind for name, kind in Episode.__annotations__.items() if name != "measures"}
 _COLUMNS = _WHICH | {name: measure.kind for name, measure in MEASURES.items()}
 _CHECK = "check"  # a further column: the row's checksum
@@ -49,7 +48,7 @@ _PARSE: dict[type, Callable[[str], Any]] = {
 
 
 def record(path: Path, episodes: Iterable[Episode]) -> None:
-    """Adds episodes to the file, atomically, instead of any it has of the same steps."""
+    """Add episodes to the file, atomically, replacing any of the same steps."""
     new = list(episodes)
     steps = {episode.step for episode in new}
     old = [episode for episode in read(path) if episode.step not in steps] if path.exists() else []
@@ -57,16 +56,16 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
 
 
 def read(path: Path) -> list[Episode]:
-    """The episodes in the file, by step, task and episode. Raises UserError when it is torn.
+    """The episodes in the file, by step, task and episode. Raises UserError if it is torn.
 
-    The file may lack measures, but not success.
+    The file may lack measures, except success.
     """
     text = files.read_text(path)
     try:
         header, *rows = csv.reader(io.StringIO(text)) if text else [[]]
     except csv.Error as error:
         raise UserError(f"{path} is torn: {error}") from None
-    is_checked = header[-1:] == [_CHECK]  # files from before are not
+    is_checked = header[-1:] == [_CHECK]  # older files have no checksums
     header = header[:-1] if is_checked else header
     which, measures = header[: len(_WHICH)], header[len(_WHICH) :]
     if which != list(_WHICH) or "success" not in measures or not MEASURES.keys() >= set(measures):
@@ -80,7 +79,7 @@ def read(path: Path) -> list[Episode]:
 
 
 def keep(path: Path, wanted: Callable[[int], bool]) -> None:
-    """Removes the episodes of other steps than the wanted from the file, if there is one."""
+    """Remove the episodes of unwanted steps from the file, if it exists."""
     old = read(path) if path.exists() else []
     kept = [episode for episode in old if wanted(episode.step)]
     if kept != old:
@@ -88,7 +87,7 @@ def keep(path: Path, wanted: Callable[[int], bool]) -> None:
 
 
 def best_step(episodes: Iterable[Episode]) -> int:
-    """The step whose policy had the most success, the first of several, as in tables of one seed.
+    """The step with the highest success rate, the first if tied, as in tables of a single seed.
 
     Raises ValueError if there are no episodes.
     """

@@ -1,4 +1,4 @@
-"""Evaluating a policy: every task and episode in one vectorised rollout."""
+"""Evaluation of a policy: all tasks and episodes in one vectorised rollout."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Evaluation:
     """How a policy is evaluated."""
 
     episodes: int = 10
-    """Episodes of each task."""
+    """Episodes per task."""
     seed: Seed = 0
     """Seed of the scenes and of the policy's random draws."""
 
@@ -36,29 +36,29 @@ class Evaluation:
         if self.episodes < 1:
             raise UserError(f"episodes is {self.episodes}: it must be at least 1")
         seeds.check(self.seed)
-        memory.require(self.episodes)  # of one task; all are counted where they are known
+        memory.require(self.episodes)  # for one task; `begin` checks for all
 
 
 Outcome = Mapping[str, np.ndarray]  # by measure of `milestones`, (tasks, episodes)
-Report = Callable[[int], None]  # told how many control steps the longest episode has taken
+Report = Callable[[int], None]  # called with the control steps that the longest episode has taken
 Evaluator = Callable[[Params, Report], Outcome]
 
 
 class Rollout(NamedTuple):
-    """Episodes under way, task after task; `time` () is how many steps the longest has taken."""
+    """Episodes in progress, task after task; `time` () is the steps that the longest has taken."""
 
     states: "envs.State"
     act_keys: jax.Array
-    start: jax.Array  # (N, num_cubes, 3) metres, where the cubes began
-    values: Values  # of the measures so far, (N,) each
+    start: jax.Array  # (N, num_cubes, 3) metres, the cubes' initial positions
+    values: Values  # of the measures so far, each (N,)
     time: jax.Array
 
 
 def begin(env: "envs.CubeEnv", evaluation: Evaluation) -> Rollout:
     """All episodes at their start.
 
-    An episode's scene and the policy's draws follow from the evaluation's seed, the task and the
-    episode's number alone. Raises UserError if this machine has no room for so many.
+    An episode's scene and the policy's draws depend only on the evaluation's seed, the task and the
+    episode's number. Raises UserError if so many do not fit into this machine's memory.
     """
     memory.require(env.num_tasks * evaluation.episodes)
     tasks, episodes = jnp.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)
@@ -83,14 +83,14 @@ def begin(env: "envs.CubeEnv", evaluation: Evaluation) -> Rollout:
 def make_start(env: "envs.CubeEnv", evaluation: Evaluation) -> Callable[[Params], Rollout]:
     """A function that begins the rollout on the device of the parameters.
 
-    Restored parameters are committed to theirs, and so is a rollout that they advance. If it did
-    not begin there, a second program would be compiled to advance it further.
+    Restored parameters are committed to a device, and so is a rollout that is advanced with them.
+    If it did not begin there, a second program would be compiled to advance it further.
     """
     return jax.jit(lambda params: begin(env, evaluation), keep_unused=True)
 
 
 def step(env: "envs.CubeEnv", agent: Agent, params: Params, rollout: Rollout) -> Rollout:
-    """One control step of the episodes that are not done."""
+    """Do one control step in the episodes that are not done."""
     states = rollout.states
     act = jax.vmap(partial(action, agent, params), in_axes=(0, 0, 0, None))
     observations: jax.Array = states.obs  # pyright: ignore[reportAssignmentType]
@@ -109,7 +109,7 @@ def action(
     key: jax.Array,
     time: jax.Array,
 ) -> jax.Array:
-    """The action (a,) of one episode after `time` steps, whose draws follow from both and `key`."""
+    """The action (a,) in one episode after `time` steps; its draws depend on `key` and `time`."""
     return agent.act(params, observation[None], goal[None], jax.random.fold_in(key, time))[0]
 
 
@@ -159,5 +159,5 @@ def as_episodes(
 
 
 def _known(values: Mapping[str, np.generic]) -> dict[str, Value]:
-    """The values of an episode that are numbers."""
+    """The values of an episode that are not NaN."""
     return {name: value.item() for name, value in values.items() if not np.isnan(value)}

@@ -15,13 +15,13 @@ from pigbench.training.evaluate import Evaluation, Report
 from pigbench.training.recording import Recording, make_recorder
 
 _WIDTH, _HEIGHT = 320, 240  # pixels
-_EVERY = 2  # control steps between two pictures of an evaluation's film
+_EVERY = 2  # control steps between two frames of an evaluation's film
 
 Filmer = Callable[[Params, Path, Report], Mapping[str, Path]]
 
 
 class Shot(NamedTuple):
-    """Simulation states (rows, nq), and the goal (num_cubes, 3) to be shown, if any."""
+    """Simulation states (rows, nq), and the goal (num_cubes, 3) to show, if any."""
 
     qpos: np.ndarray
     goal: np.ndarray | None
@@ -35,9 +35,9 @@ def write(
     *,
     every: int = 1,
 ) -> None:
-    """Writes a film of one in `every` states, at the simulation's own pace.
+    """Write a film of every `every`-th state, at the simulation's own pace.
 
-    `drawn` is called at each picture.
+    `drawn` is called after each frame.
     """
 
     def frames() -> Iterator[np.ndarray]:
@@ -50,14 +50,14 @@ def write(
 
 
 def make_filmer(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Filmer:
-    """A function that films a policy's evaluation, given its parameters, into a folder.
+    """A function that films the evaluation of a policy's parameters into a folder.
 
     It returns the files by names such as "task1_horizontal/success".
     """
     record = make_recorder(env, agent, evaluation)
 
     def film(params: Params, folder: Path, report: Report) -> dict[str, Path]:
-        # Without shadows a picture takes a third of the time.
+        # Without shadows, a frame takes a third of the time.
         paths = {}
         scene = Renderer(env.spec.num_cubes, width=_WIDTH, height=_HEIGHT, shadows=False)
         with scene as renderer:

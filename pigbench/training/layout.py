@@ -1,6 +1,6 @@
-"""How a training lies on several devices: seeds side by side, a batch in parts.
+"""The distribution of training over several devices: seeds in parallel, batches in parts.
 
-What the numbers are does not depend on it but for rounding; one device is as if none of this were.
+It affects results only by rounding; with one device it does nothing.
 """
 
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ SEEDS, BATCH = "seeds", "batch"
 
 @dataclass(frozen=True)
 class Layout:
-    """So many devices share the seeds, and for each of their shares so many a batch."""
+    """Seeds are divided among `seeds` groups of devices, batches among `batch` in each group."""
 
     seeds: int = 1
     batch: int = 1
 
     @classmethod
     def over_all(cls, *, seeds: int, batch_size: int, data_parallel: bool) -> "Layout":
-        """Over as many devices as divide the seeds and, if asked for, the batches.
+        """Use as many devices as evenly divide the seeds and, if requested, the batches.
 
-        Raises UserError if batches are to be shared and there is no second device to do so.
+        Raises UserError if batches are to be divided and no second device is left for that.
         """
         count = jax.device_count()
         shared = _most(count, seeds)
@@ -42,26 +42,26 @@ class Layout:
 
     @property
     def devices(self) -> int:
-        """All of them."""
+        """The number of devices in use."""
         return self.seeds * self.batch
 
     def __str__(self) -> str:
         return f"on {self.devices} devices" if self.devices > 1 else ""
 
     def share_seeds(self, tree: Tree) -> Tree:
-        """Within a program: leaves whose first axis counts seeds, laid over the devices."""
+        """Within a program: distribute leaves whose first axis is over seeds."""
         return self._constrain(tree, SEEDS)
 
     def share_batch(self, tree: Tree) -> Tree:
-        """Within a program, of one seed: leaves whose first axis counts examples."""
+        """Within a program for one seed: distribute leaves whose first axis is over examples."""
         return self._constrain(tree, BATCH)
 
     def spread(self, tree: Tree) -> Tree:
-        """Arrays copied to all devices, for a program that runs on them."""
+        """Copy arrays to all devices in use, for a program that runs on them."""
         return tree if self.devices == 1 else jax.device_put(tree, self._sharding())
 
     def collect(self, tree: Tree) -> Tree:
-        """A program's results on the first device alone, where the rest is done."""
+        """Move a program's results to the first device, where all else is done."""
         return tree if self.devices == 1 else jax.device_put(tree, jax.devices()[0])
 
     def _constrain(self, tree: Tree, axis: str) -> Tree:
@@ -75,5 +75,5 @@ class Layout:
 
 
 def _most(devices: int, things: int) -> int:
-    """As many of the devices as share so many things evenly."""
+    """The largest number of devices, up to `devices`, that divides `things` evenly."""
     return max(count for count in range(1, devices + 1) if things % count == 0)

@@ -1,7 +1,7 @@
-"""What an evaluation episode is measured by: the columns of `episodes.csv`, known without JAX.
+"""The measures of an evaluation episode, which are the columns of `episodes.csv`, without JAX.
 
-What the rollout evaluates, the file holds and tables, figures and progress show follows from the
-table: a new measure is a row in it, and one in `milestones.FOLDED`, which says how it is found.
+The table determines what the rollout evaluates, what the file stores, and what tables, figures and
+progress show. A new measure is a row here and one in `milestones.FOLDED`, which computes it.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ class Measure:
         name: its column.
         label: its name in tables and figures, with the unit if that is not percent.
         kind: its type.
-        scale: what its mean over episodes is multiplied by where it is shown.
+        scale: factor of its mean over episodes for display.
         stage: whether it is one of the stages from touching a cube to success.
     """
 
@@ -39,15 +39,15 @@ MEASURES: Mapping[str, Measure] = {
         Measure("within_10cm", "within 10 cm", stage=True),
         Measure("within_5cm", "within 5 cm", stage=True),
         Measure("success", "success", stage=True),
-        # No stage: success, at 4 cm, ends an episode, so few come nearer.
+        # Not a stage: success, at 4 cm, ends an episode, so few come nearer.
         Measure("within_3cm", "within 3 cm"),
         Measure("final_distance", "final (cm)", float),
         Measure("length", "steps", int, scale=1.0),
         Measure("diverged", "diverged"),
     )
 }
-"""In the order of columns. Distances are in metres; the state that an episode begins in does not
-count, as it does not for success; of a diverged episode counts what it reached before."""
+"""The measures in the order of columns. Distances are in metres. As for success, an episode's
+initial state does not count; for a diverged episode, what it reached before diverging counts."""
 
 BRIEF = "success", "held", "lifted"
-"""Measures in the line of a training's progress."""
+"""Measures in the progress line of training."""

@@ -1,4 +1,4 @@
-"""The log of training metrics, in JSON lines. For eyes there are trackers."""
+"""The log of training metrics in JSON lines. Trackers display them."""
 
 import itertools
 import json
@@ -15,8 +15,8 @@ FILE_NAME = "metrics.jsonl"
 class MetricsLog:
     """Appends to the metrics of a run, from `step` on: what was logged beyond it is dropped.
 
-    Each line is a JSON object with `step` and the metrics (null where one is not finite), and it is
-    handed to the operating system at once. A context manager.
+    Each line is a JSON object with `step` and the metrics (null if not finite), passed to the
+    operating system at once. A context manager.
     """
 
     def __init__(self, folder: Path, *, step: int) -> None:
@@ -25,14 +25,14 @@ class MetricsLog:
         self._lines = open(path, "a", encoding="utf-8")  # noqa: SIM115
 
     def write(self, step: int, metrics: Mapping[str, float]) -> None:
-        """Logs numbers under their names."""
+        """Log numbers by name."""
         finite = {name: x if math.isfinite(x) else None for name, x in metrics.items()}
         with files.explaining_full_disk(Path(self._lines.name)):
             self._lines.write(json.dumps({"step": step, **finite}) + "\n")
             self._lines.flush()
 
     def close(self) -> None:
-        """Closes the file."""
+        """Close the file."""
         self._lines.close()
 
     def __enter__(self) -> "MetricsLog":
@@ -43,7 +43,7 @@ class MetricsLog:
 
 
 def read(folder: Path) -> list[dict[str, Any]]:
-    """The logged lines of the run in `folder`, in order; a line torn by a crash is left out."""
+    """The logged lines of the run in `folder`, in order, up to a line torn by a crash."""
     lines = files.read_text(folder / FILE_NAME).splitlines()
     return [json.loads(line) for line in itertools.takewhile(_is_whole, lines)]
 

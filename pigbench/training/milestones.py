@@ -1,4 +1,4 @@
-"""How far an evaluation episode came: how each of `MEASURES` is found.
+"""The computation of `MEASURES`, which say how far an evaluation episode got.
 
 A measure is a small function of one simulation after a control step, folded over the episode.
 """
@@ -16,8 +16,8 @@ from pigbench.envs.physics import PhysicsState
 from pigbench.training.measures import MEASURES, Value
 
 LIFT = 0.02
-"""Metres above its start from which a cube is lifted: one tipped over an edge rises by 0.8 cm, over
-a corner by 1.5 cm."""
+"""Metres above its start at which a cube counts as lifted: one tipped over an edge rises by 0.8 cm,
+over a corner by 1.5 cm."""
 
 Values = dict[str, jax.Array]  # by measure
 
@@ -25,24 +25,24 @@ Values = dict[str, jax.Array]  # by measure
 class Moment(NamedTuple):
     """One simulation after a control step, positions in metres."""
 
-    start: jax.Array  # (num_cubes, 3) the cubes when the episode began
+    start: jax.Array  # (num_cubes, 3) the cubes at the start of the episode
     cubes: jax.Array  # (num_cubes, 3)
     target: jax.Array  # (num_cubes, 3)
     pinch: jax.Array  # (3,)
     pad_force: jax.Array  # ()
     success: jax.Array  # () bool
-    diverged: jax.Array  # () bool: the rest is the last good state
+    diverged: jax.Array  # () bool: if true, the rest is from the last good state
 
 
 class Fold(NamedTuple):
-    """How a measure's values after each step become the episode's."""
+    """How a measure's values after each step are combined into the episode's."""
 
     start: Value
     combine: Callable[[jax.Array, jax.Array], jax.Array]  # of the value so far and the next
 
 
 class Folded(NamedTuple):
-    """How a measure is found."""
+    """How a measure is computed."""
 
     value: Callable[[Moment], Any]  # at a moment, ()
     fold: Fold
@@ -60,7 +60,7 @@ def nearest_cube(moment: Moment) -> jax.Array:
 
 
 def farthest_target(moment: Moment) -> jax.Array:
-    """Metres from the cube that is farthest from its target to that target, ()."""
+    """Largest distance in metres of a cube from its target, ()."""
     return jnp.linalg.norm(moment.cubes - moment.target, axis=-1).max()
 
 
@@ -80,17 +80,17 @@ def held(moment: Moment) -> jax.Array:
 
 
 def lifted(moment: Moment) -> jax.Array:
-    """Whether a cube is held LIFT or more above where it began, () bool."""
+    """Whether a cube is held at least LIFT above its initial position, () bool."""
     return jnp.any(_held(moment) & (moment.cubes[:, 2] - moment.start[:, 2] >= LIFT))
 
 
 def within(distance: float) -> Callable[[Moment], jax.Array]:
-    """Whether every cube lies within so many metres of its target, () bool."""
+    """Whether every cube is within `distance` metres of its target, () bool."""
     return lambda moment: farthest_target(moment) <= distance
 
 
 def final_distance(moment: Moment) -> jax.Array:
-    """As `farthest_target`; not a number once the simulation has diverged, which has no end."""
+    """Like `farthest_target`; NaN once the simulation has diverged, since it then has no end."""
     return jnp.where(moment.diverged, jnp.nan, farthest_target(moment))
 
 
@@ -107,18 +107,18 @@ FOLDED: Mapping[str, Folded] = {
     "length": Folded(lambda moment: 1, TOTAL),
     "diverged": Folded(lambda moment: moment.diverged, LAST),
 }
-"""By measure: what it is at a moment, and how those values become the episode's."""
+"""By measure: its value at a moment, and how these values are combined into the episode's."""
 
 
 def begin() -> Values:
-    """The values of an episode of no steps."""
+    """The values of an episode before its first step."""
     return {
         name: jnp.asarray(folded.fold.start, MEASURES[name].kind) for name, folded in FOLDED.items()
     }
 
 
 def advance(so_far: Values, moment: Moment, active: jax.Array) -> Values:
-    """The values with the moment after one more step; those of an inactive episode as they are."""
+    """The values after one more step; those of an inactive episode are unchanged."""
     values = {
         name: jnp.asarray(folded.value(moment), MEASURES[name].kind)
         for name, folded in FOLDED.items()
@@ -130,12 +130,12 @@ def advance(so_far: Values, moment: Moment, active: jax.Array) -> Values:
 
 
 def cubes(env: "envs.CubeEnv", state: "envs.State") -> jax.Array:
-    """Where the cubes of one simulation are, (num_cubes, 3) in metres."""
+    """The positions of the cubes in one simulation, (num_cubes, 3) metres."""
     return cube_poses(env.scene, _physics(state))[0]
 
 
 def moment(env: "envs.CubeEnv", state: "envs.State", start: jax.Array) -> Moment:
-    """One simulation as measures see it; `start` is where its cubes began."""
+    """The input of measures from one simulation; `start` is its cubes' initial positions."""
     physics_state = _physics(state)
     return Moment(
         start=start,

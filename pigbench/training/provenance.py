@@ -1,4 +1,4 @@
-"""Where a result comes from: versions, commit, machine, settings and command."""
+"""The provenance of a result: versions, commit, machine, settings and command."""
 
 import importlib.metadata
 import os
@@ -17,7 +17,7 @@ PACKAGES = ("pigbench", "jax", "mujoco")
 
 
 def package_versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
-    """The installed version of each package, or that there is none."""
+    """The installed version of each package, or "not installed"."""
     return {package: _version(package) for package in packages}
 
 
@@ -25,11 +25,11 @@ def _version(package: str) -> str:
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
-        return "not installed"  # as where the code runs from a bare copy of its folder
+        return "not installed"  # for example, if the code runs from a bare copy of its folder
 
 
 def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
-    """What is to be kept beside a result, ready for JSON."""
+    """The provenance to store beside a result, ready for JSON."""
     return surroundings() | {
         "dataset": str(dataset),
         "dataset_digest": dataset_digest,
@@ -47,14 +47,14 @@ def surroundings() -> dict[str, Any]:
             "cpu_count": os.cpu_count(),
             "device": jax.devices()[0].device_kind,
             "device_count": jax.device_count(),
-            "threads": os.environ.get("NPROC", "all"),  # of XLA
+            "threads": os.environ.get("NPROC", "all"),  # XLA's
         },
         "numerics": settings.in_force(),
     }
 
 
 def _commit() -> str | None:
-    """The git commit of this code, with `-dirty` where files differ from it; None outside git."""
+    """The git commit of this code, with `-dirty` if files differ from it; None outside git."""
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None

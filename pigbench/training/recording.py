@@ -1,4 +1,4 @@
-"""Evaluation episodes as they went, state by state."""
+"""Recordings of evaluation episodes, state by state."""
 
 from collections.abc import Callable
 from functools import partial
@@ -17,11 +17,11 @@ _CHUNK = 50  # control steps between two reports
 
 
 class Recording(NamedTuple):
-    """One episode."""
+    """One recorded episode."""
 
     task: int  # counts from 1
     qpos: np.ndarray  # (control steps + 1, nq), from the first state to the last
-    target: np.ndarray  # (num_cubes, 3) metres, where the cubes should go
+    target: np.ndarray  # (num_cubes, 3) metres, the cubes' targets
     success: bool
 
 
@@ -29,7 +29,7 @@ Recorder = Callable[[Params, Report], list[Recording]]
 
 
 def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Recorder:
-    """A function that records the very episodes of `make_evaluator`, task after task."""
+    """A function that records the same episodes as `make_evaluator`, task after task."""
     chunk = min(_CHUNK, env.episode_length)
     start = evaluate.make_start(env, evaluation)
 

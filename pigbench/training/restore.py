@@ -1,4 +1,4 @@
-"""Putting a run's parts together again: environment, agent and trained parameters."""
+"""Restoring a run's parts: environment, agent and trained parameters."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,7 +28,7 @@ def agent_for(
 ) -> Agent:
     """The agent of a method for the environment's observations and actions.
 
-    `statistics` are those of the observations that it learns from.
+    `statistics` are those of the observations from which it learns.
     """
     return agents.build(
         method,
@@ -41,9 +41,9 @@ def agent_for(
 
 
 def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last") -> Trained:
-    """The run in `folder`, with its last checkpoint, its best or that of a step.
+    """The run in `folder`, with its last checkpoint, its best, or that of a step.
 
-    Raises UserError when there is no such run, or it has no such checkpoint that is whole.
+    Raises UserError if there is no such run, or if it has no such checkpoint that is intact.
     """
     run = read_run(folder)
     env = envs.make(run.config.environment, engine=engine, profile=run.config.physics)
@@ -55,7 +55,7 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
 
 
 def _step(run: Run, kept: Sequence[int], checkpoint: str) -> int:
-    """The step of the checkpoint that is asked for, of those that are kept."""
+    """The step of the requested checkpoint, among those that are kept."""
     if not kept:
         raise UserError(f"{run.path} has no checkpoint yet; train it first")
     if checkpoint == "last":
@@ -69,7 +69,7 @@ def _step(run: Run, kept: Sequence[int], checkpoint: str) -> int:
     if step not in kept:
         there = ", ".join(f"{one:,}" for one in kept)
         raise UserError(
-            f"{run.path} keeps no checkpoint of step {step:,}, but of {there}: "
+            f"{run.path} has no checkpoint of step {step:,}, only of {there}: "
             "--keep best and --keep all of `pigbench train` keep more"
         )
     return step

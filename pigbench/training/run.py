@@ -1,12 +1,12 @@
-"""A run's folder: one training of one method, with all that is needed to trust and repeat it.
+"""A run's folder: one training run of one method, with all that is needed to trust and repeat it.
 
-config.json       what was asked for: it identifies the run
-provenance.json   what it was made with: versions, commit, machine, data set; and extended with
-statistics.json   mean and deviation of the data's observations, which standardising needs
+config.json       the configuration, which identifies the run
+provenance.json   versions, commit, machine and data set, also those of later extensions
+statistics.json   mean and deviation of the data's observations, needed to standardise
 metrics.jsonl     training metrics (`pigbench.training.metrics`), for trackers' files too
-films/STEP/       films of an evaluation, where they were asked for
+films/STEP/       films of an evaluation, if requested
 episodes.csv      every evaluation episode (`pigbench.training.episodes`)
-noise/            the same with other noise of the cubes' estimates: 5.csv is of 5 mm
+noise/            the same at other noise levels of the cubes' estimates: 5.csv is for 5 mm
 checkpoints/      training states
 """
 
@@ -21,7 +21,7 @@ from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.support.compare import require_same
 
-if TYPE_CHECKING:  # tables read runs, and do without agents and JAX
+if TYPE_CHECKING:  # tables read runs without agents and JAX
     from pigbench.agents import AgentConfig, Statistics
 
 CONFIG_FILE = "config.json"
@@ -30,28 +30,28 @@ STATISTICS_FILE = "statistics.json"
 NOISE = "noise"
 
 Keep = Literal["last", "best", "all"]
-"""Which checkpoints stay: the last two, and that of the best evaluation, or all."""
+"""Checkpoints to keep: the last two, these and that of the best evaluation, or all."""
 
 _BEFORE: Mapping[str, Any] = {"goals": "state", "standardize": False}
-"""What fields of an agent's configuration were before they existed, where that may not be the
-default: runs of then lack them."""
+"""Values of agents' configuration fields for runs from before the fields existed, where these may
+differ from the defaults."""
 
 
 @dataclasses.dataclass(frozen=True)
 class RunConfig:
-    """What identifies a run.
+    """The configuration that identifies a run.
 
     Attributes:
         method: the method's name in the registry.
-        preset: the preset that `agent` started from.
+        preset: the preset on which `agent` is based.
         agent: every field of the agent's configuration.
         environment: the environment's name.
         physics: the physics profile of the evaluation.
         dataset_digest: the SHA-256 of the data set's manifest.
-        steps: how many updates the training makes.
+        steps: the number of updates.
         seed: the seed of the training.
         evaluation: the settings of the evaluation.
-        variant: what tells the run apart from others of its method, where something does.
+        variant: what distinguishes the run from others of its method, if anything.
     """
 
     method: str
@@ -67,7 +67,7 @@ class RunConfig:
 
     @property
     def goals(self) -> str:
-        """What the agent's networks see of a goal."""
+        """The representation of goals that the agent's networks see."""
         return self.agent.get("goals", _BEFORE["goals"])
 
     @property
@@ -89,17 +89,17 @@ class Run:
         return self.path / "episodes.csv"
 
     def noise_path(self, millimetres: float) -> Path:
-        """The file of episodes in which the estimates of cubes have that noise."""
+        """The file of episodes in which the cubes' estimates have that noise."""
         return self.path / NOISE / f"{millimetres:g}.csv"
 
     def noise_paths(self) -> dict[float, Path]:
-        """The files of such episodes that there are, by millimetres."""
+        """The existing files of such episodes, by millimetres."""
         found = (self.path / NOISE).glob("*.csv")
         return dict(sorted((float(path.stem), path) for path in found))
 
     @property
     def films_path(self) -> Path:
-        """Folder of films, with one folder for each step that was evaluated."""
+        """The folder of films, with one folder per evaluated step."""
         return self.path / "films"
 
     @property
@@ -111,10 +111,10 @@ class Run:
 def open_run(
     path: Path, config: RunConfig, provenance: Mapping[str, Any], statistics: "Statistics"
 ) -> Run:
-    """Begins the run in the folder `path`, or takes it up again, to train further if asked to.
+    """Begin the run in the folder `path`, or resume it, extending it if `config` has more steps.
 
-    Raises UserError when the folder holds a run of another configuration, but for fewer steps, or
-    anything else.
+    Raises UserError if the folder contains anything else, or a run whose configuration differs,
+    except in having fewer steps.
     """
     if (path / CONFIG_FILE).exists():
         run = read_run(path)
@@ -130,7 +130,7 @@ def open_run(
     content = {name: values.tolist() for name, values in statistics._asdict().items()}
     files.write_json(path / STATISTICS_FILE, files.sealed(content))
     run = Run(path, config)
-    _write_config(run)  # last, because it is what makes the folder a run
+    _write_config(run)  # last, because it makes the folder a run
     return run
 
 
@@ -139,7 +139,7 @@ def _write_config(run: Run) -> None:
 
 
 def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
-    """Asks a run for more steps; the provenance tells, by how many it then makes, what of."""
+    """Extend a run to more steps; the extension's provenance is kept under its number of steps."""
     kept = files.read_json(longer.path / PROVENANCE_FILE)
     extended = kept.get("extended", {}) | {str(longer.config.steps): provenance}
     files.write_json(longer.path / PROVENANCE_FILE, kept | {"extended": extended})
@@ -147,7 +147,7 @@ def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
 
 
 def _require_own(path: Path) -> None:
-    """Raises UserError if the folder holds more than a run that was cut off as it began."""
+    """Raise UserError if the folder contains more than a run interrupted as it began."""
     begun = [path / name for name in (CONFIG_FILE, PROVENANCE_FILE, STATISTICS_FILE)]
     own = {*begun, *map(files.temporary_path, begun)}
     if path.is_dir() and not own.issuperset(path.iterdir()):
@@ -155,7 +155,7 @@ def _require_own(path: Path) -> None:
 
 
 def read_run(path: Path) -> Run:
-    """The run in the folder `path`. Raises UserError when there is none or its config is torn."""
+    """The run in the folder `path`. Raises UserError if there is none or its config is torn."""
     if not path.is_dir():
         raise UserError(f"{path} does not exist; make a run with `pigbench train`")
     config_path = path / CONFIG_FILE
@@ -169,7 +169,7 @@ def read_run(path: Path) -> Run:
 
 
 def read_statistics(run: Run) -> "Statistics | None":
-    """Those of the data that the run learns from; None if it keeps none, as old ones do."""
+    """The statistics of the data from which the run learns; None for old runs without any."""
     from pigbench.agents import Statistics
 
     path = run.path / STATISTICS_FILE
@@ -185,7 +185,7 @@ def read_statistics(run: Run) -> "Statistics | None":
 
 
 def agent_config(run: Run) -> "AgentConfig":
-    """The run's agent configuration. Raises UserError if it is not of the method's kind."""
+    """The run's agent configuration. Raises UserError if it does not fit the method."""
     from pigbench import agents
 
     template = agents.get(run.config.method).config
@@ -199,7 +199,7 @@ def agent_config(run: Run) -> "AgentConfig":
 
 
 def _fill(template: Any, values: Mapping[str, Any]) -> Any:
-    """`template`, a dataclass, with the values that JSON kept of another."""
+    """The dataclass `template` with field values that were stored as JSON."""
 
     def restored(name: str, value: Any) -> Any:
         like = getattr(template, name)

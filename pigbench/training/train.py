@@ -1,7 +1,7 @@
-"""Training a method: updates in a compiled loop, evaluated and saved as it goes.
+"""Training a method: updates in a compiled loop, with evaluations and checkpoints on the way.
 
 Seed and step determine every batch and every draw, and evaluation has keys of its own, so a run
-that was killed and started again ends with the same parameters, to the bit, as one that was not.
+that was killed and restarted ends with bitwise the same parameters as one that was not.
 """
 
 import contextlib
@@ -35,7 +35,7 @@ Tree = TypeVar("Tree")
 ONE_DEVICE = Layout()
 
 Updates = Callable[[Sequence[TrainState], int, int], tuple[list[TrainState], list[Metrics]]]
-"""States and the steps from and up to which they are updated: the states after, and means."""
+"""Updates states from one step up to another: new states, and means of metrics."""
 
 
 _KEPT: Mapping[Keep, Callable[[Run], Kept]] = {
@@ -47,7 +47,7 @@ _KEPT: Mapping[Keep, Callable[[Run], Kept]] = {
 
 @dataclass(frozen=True)
 class Schedule:
-    """How long to train, how often to log, and how often to evaluate and save, in updates."""
+    """How long to train, and how often to log, and to evaluate and save, all in updates."""
 
     steps: int = 100_000
     log_every: int = 500
@@ -64,7 +64,7 @@ class Schedule:
         return min(*ends, self.steps)
 
     def evaluates(self, step: int) -> bool:
-        """Is there an evaluation after that step?"""
+        """Whether there is an evaluation after that step."""
         return step % self.evaluate_every == 0 or step == self.steps
 
 
@@ -84,8 +84,8 @@ def train(
 ) -> list[TrainState]:
     """Train to the schedule's end, from the last checkpoint that all `runs` have, if there is one.
 
-    What a shorter schedule evaluated and saved at its end is dropped, unless this one does so too:
-    then the files are those of a training that was this long from the first.
+    Evaluations and checkpoints at the end of a shorter schedule are dropped unless this one has
+    them too: the files are those of a run that had this schedule from the start.
 
 
     """
@@ -162,7 +162,7 @@ def _best_step(run: Run) -> int:
 
 
 def _brief(outcomes: Sequence[Outcome]) -> str:
-    """What share of episodes got how far, one outcome per seed: "held 60/55 %, lifted 40/38 %"."""
+    """How far episodes got, one number per seed: "held 60/55 %, lifted 40/38 %"."""
 
     def shares(name: str) -> str:
         return "/".join(f"{100 * outcome[name].mean():.0f}" for outcome in outcomes)
@@ -173,15 +173,15 @@ def _brief(outcomes: Sequence[Outcome]) -> str:
 def make_updates(
     agent: Agent, key: jax.Array, source: Batches, layout: Layout = ONE_DEVICE
 ) -> Updates:
-    """The updates of the seed that has `key`, or of several seeds together, (S,).
+    """The updates of the seed with `key`, or of several seeds together with keys (S,).
 
-    Update t of a seed draws its batch and all else from `fold_in(key, t)` alone.
+    Update t of a seed draws its batch and everything else from `fold_in(key, t)` alone.
     """
 
     def loop(
         state: TrainState, key: jax.Array, part: Any, start: int, stop: int
     ) -> tuple[TrainState, Metrics]:
-        """The updates of a part, and the sums of their metrics."""
+        """Do the updates of a part; also returns the sums of their metrics."""
 
         def batch(step: jax.Array | int) -> Batch:
             batch_key, _ = batches.keys_of(key, step)
@@ -198,15 +198,15 @@ def make_updates(
             state, metrics = update(step, state, now)
             return state, batch(step + 1), jax.tree.map(jnp.add, sums, metrics)
 
-        # Each turn is handed its batch: compiled apart from where the batch is from, an update
-        # comes to the same numbers whatever that is.
+        # Each iteration is passed its batch, so that an update is compiled independently of the
+        # batch's source and gives the same numbers for every source.
         first = batch(start)
         _, metrics = jax.eval_shape(update, start, state, first)
         sums = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), metrics)
         state, _, sums = jax.lax.fori_loop(start, stop, body, (state, first, sums))
         return state, sums
 
-    # Joined within the program: outside, every leaf of every state would be a call of its own.
+    # Joined within the program: outside, every leaf of every state would be a separate call.
     @partial(jax.jit, donate_argnums=0)
     def run(
         states: Sequence[TrainState], key: jax.Array, part: Any, start: int, stop: int
@@ -224,7 +224,7 @@ def make_updates(
         sums, done, states = [], start, layout.spread(states)
         for part, end in source.parts(start, stop):
             states, part_sums = run(states, key, part, done, end)
-            jax.block_until_ready(sums[-1:])  # so that two parts at most are on the device
+            jax.block_until_ready(sums[-1:])  # so that at most two parts are on the device
             sums.append(part_sums)
             done = end
         means = [
@@ -237,12 +237,12 @@ def make_updates(
 
 
 def join(trees: Sequence[Tree]) -> Tree:
-    """Trees of several seeds as one, or that of one seed as it is."""
+    """Stack the trees of several seeds; the tree of a single seed is returned as it is."""
     return jax.tree.map(lambda *x: jnp.stack(x), *trees) if len(trees) > 1 else trees[0]
 
 
 def _part(tree: Tree, count: int) -> list[Tree]:
-    """What `join` was given."""
+    """The inverse of `join`."""
     if count == 1:
         return [tree]
     return [jax.tree.map(lambda leaf: leaf[number], tree) for number in range(count)]  # noqa: B023

@@ -161,7 +161,7 @@ def test_the_best_checkpoint_stays_and_can_be_asked_for(data, tmp_path):
     episodes.record(run / "episodes.csv", won)
     for asked, step in {"last": 40, "best": 30, "0": 0}.items():
         assert int(restore(run, checkpoint=asked).state.step) == step
-    with pytest.raises(UserError, match=r"no checkpoint of step 10, but of 0, 30, 40: --keep"):
+    with pytest.raises(UserError, match=r"no checkpoint of step 10, only of 0, 30, 40: --keep"):
         restore(run, checkpoint="10")
     with pytest.raises(UserError, match="checkpoint is 'first': it must be last, best or a"):
         restore(run, checkpoint="first")
