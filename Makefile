@@ -23,7 +23,7 @@ quickstart: .venv/installed
 	$(MAKE) --jobs 2 $(TRAININGS)
 	$(BIN)/pigbench table $(TRAININGS) --show methods milestones | tee $(WORK)/table.md
 	$(BIN)/pigbench plot $(TRAININGS) --out $(WORK)/curves.png
-	@echo "data, runs, table and plot lie in $(WORK)"
+	@echo "data, runs, table and plot are in $(WORK)"
 
 # Two processes of one thread each use two cores better than one of two.
 $(TRAININGS) test: export NPROC = 1
