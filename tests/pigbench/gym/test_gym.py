@@ -89,7 +89,7 @@ def test_an_action_of_another_size_is_said(single, batch):
         ({"seed": [0, 1, 2]}, "one integer for all"),
         ({"options": {"task_id": [1, 2]}}, "tasks 1 to 5"),
         ({"options": {"reset_mask": np.ones(2, bool)}}, r"bool of shape \(2,\)"),
-        ({"options": {"reset_mask": np.ones(3, int)}}, r"int64 of .* must be bool, \(3,\)"),
+        ({"options": {"reset_mask": np.ones(3, int)}}, r"int64 of .* must be bool of shape \(3,\)"),
     ],
 )
 def test_a_batch_says_what_it_cannot_reset(batch, asked, complaint):
