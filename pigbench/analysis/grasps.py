@@ -86,9 +86,9 @@ def pinch(agent: FlowHierarchy, subgoals: jax.Array) -> np.ndarray:
 def _held_cube(
     starts: np.ndarray, ahead: np.ndarray, layout: Mapping[str, slice]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Position (N, 2) in `ahead` of the cube nearest to the pinch point, and its way there (N,).
+    """Position (N, 2) in `ahead` of the cube nearest to the pinch point, and how far it moved (N,).
 
-    Both in metres, in x and y; the way is the distance from the cube's position in `starts`.
+    Both in metres, in x and y; the motion is from the cube's position in `starts`.
     """
     places = [part for term, part in layout.items() if is_position(term)]
     before, after = (

@@ -95,7 +95,7 @@ def step_errors(env: "envs.CubeEnv", picks: Picks) -> StepErrors:
 
 
 def _in_c(scene: Scene, picks: Picks) -> np.ndarray:
-    """C's `qpos` (M, nq) after a control step from each state; controls are set after a forward."""
+    """C's `qpos` (M, nq) after a control step from each state; `mj_forward` precedes controls."""
     data = mujoco.MjData(scene.model)
     ends = []
     for qpos, qvel, ctrl in zip(picks.qpos, picks.qvel, picks.ctrl, strict=True):

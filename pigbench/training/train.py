@@ -35,7 +35,7 @@ Tree = TypeVar("Tree")
 ONE_DEVICE = Layout()
 
 Updates = Callable[[Sequence[TrainState], int, int], tuple[list[TrainState], list[Metrics]]]
-"""Updates states from one step up to another: new states, and means of metrics."""
+"""Updates states from one step up to another; returns the new states and mean metrics."""
 
 
 _KEPT: Mapping[Keep, Callable[[Run], Kept]] = {
