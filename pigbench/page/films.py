@@ -30,10 +30,10 @@ def choose(results: Sequence[Result]) -> list[Film]:
 
 
 def _of(result: Result) -> Iterator[Film]:
-    """The run's films, as written by `training.films`."""
+    """The run's films, as written by `training.films`; other files are ignored."""
     config = result.run.config
     for path in sorted(result.run.films_path.glob("*/*.mp4")):
         task, _, outcome = path.stem.rpartition("-")
-        if outcome in OUTCOMES:
+        if outcome in OUTCOMES and path.parent.name.isdecimal():
             label = f"{config.label}, seed {config.seed}"
             yield Film(task, outcome, label, int(path.parent.name), path)

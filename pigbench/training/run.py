@@ -11,6 +11,8 @@ checkpoints/      training states
 """
 
 import dataclasses
+import itertools
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -93,9 +95,10 @@ class Run:
         return self.path / NOISE / f"{millimetres:g}.csv"
 
     def noise_paths(self) -> dict[float, Path]:
-        """The existing files of such episodes, by millimetres."""
-        found = (self.path / NOISE).glob("*.csv")
-        return dict(sorted((float(path.stem), path) for path in found))
+        """The existing files of such episodes, by millimetres; other files are ignored."""
+        found = set((self.path / NOISE).glob("*.csv"))
+        levels = sorted(itertools.chain.from_iterable(_numbers(path.stem) for path in found))
+        return {level: path for level in levels if (path := self.noise_path(level)) in found}
 
     @property
     def films_path(self) -> Path:
@@ -106,6 +109,15 @@ class Run:
     def checkpoints_path(self) -> Path:
         """The folder of checkpoints."""
         return self.path / "checkpoints"
+
+
+def _numbers(text: str) -> list[float]:
+    """The number in `text` if it is finite and not negative; nothing otherwise."""
+    try:
+        number = float(text)
+    except ValueError:
+        return []
+    return [number] if 0 <= number < math.inf else []
 
 
 def open_run(

@@ -5,7 +5,12 @@ from pigbench.training.run import read_run
 
 def test_the_latest_success_and_failure_of_each_task(runs):
     names = {
-        0: ["000000000/task2-failure", "000000200/task1-success", "000000200/odd"],
+        0: [
+            "000000000/task2-failure",
+            "000000200/task1-success",
+            "000000200/odd",
+            "last/task1-success",
+        ],
         1: ["000000100/task1-success", "000000100/task2-failure", "000000200/task1-failure"],
     }
     for seed, paths in names.items():

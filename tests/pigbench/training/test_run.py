@@ -101,3 +101,14 @@ def test_a_run_that_was_cut_off_as_it_began_begins(tmp_path, config):
     for name in ("provenance.json", ".statistics.json.tmp"):
         (tmp_path / name).write_text("")
     assert runs.open_run(tmp_path, config, {}, STATISTICS).config == config
+
+
+def test_episodes_in_noise_are_found_among_other_files(tmp_path, config):
+    run = runs.open_run(tmp_path, config, {}, STATISTICS)
+    assert run.noise_paths() == {}
+    folder = tmp_path / "noise"
+    folder.mkdir()
+    for name in ("20.csv", "2.5.csv", "0.csv", "5 (copy).csv", "20.0.csv", "nan.csv", "5.txt"):
+        (folder / name).touch()
+    expected = {level: folder / f"{level:g}.csv" for level in (0, 2.5, 20)}
+    assert list(run.noise_paths().items()) == list(expected.items())
