@@ -1,8 +1,10 @@
 """One number or one curve from the runs of all environments, as recommended by Agarwal et al. 2021.
 
 Functions take strata as in `bootstrap`, one array (..., runs, numbers per run) per environment, and
-keep the leading axes.
+keep the leading axes. All environments weigh the same, however many runs they have.
 """
+
+import math
 
 import numpy as np
 
@@ -10,15 +12,25 @@ from pigbench.report.bootstrap import Strata
 
 
 def mean(strata: Strata) -> np.ndarray:
-    """The mean of all numbers."""
-    return _pooled(strata).mean(axis=-1)
+    """The mean over environments of the mean of each one's numbers."""
+    return np.mean([_flat(stratum).mean(axis=-1) for stratum in strata], axis=0)
 
 
 def interquartile_mean(strata: Strata) -> np.ndarray:
-    """The mean without the lowest and the highest quarter of numbers, their counts rounded down."""
-    numbers = np.sort(_pooled(strata), axis=-1)
-    quarter = numbers.shape[-1] // 4
-    return numbers[..., quarter : numbers.shape[-1] - quarter].mean(axis=-1)
+    """The mean without the lowest and the highest quarter of numbers, their counts rounded down.
+
+    Each number is counted as often as gives all environments the same count: once if they have
+    equally many.
+    """
+    flat = [_flat(stratum) for stratum in strata]
+    count = math.lcm(*(own.shape[-1] for own in flat))
+    numbers = np.concatenate(flat, axis=-1)
+    times = np.concatenate([np.full(own.shape[-1], count // own.shape[-1]) for own in flat])
+    order = np.argsort(numbers, axis=-1)
+    ends = np.cumsum(times[order], axis=-1)
+    quarter = count * len(flat) // 4
+    kept = np.clip([ends - times[order], ends], quarter, count * len(flat) - quarter)
+    return np.average(np.take_along_axis(numbers, order, axis=-1), -1, np.diff(kept, axis=0)[0])
 
 
 def probability_of_improvement(first: Strata, second: Strata) -> np.ndarray:
@@ -41,5 +53,6 @@ def profile(strata: Strata, thresholds: np.ndarray) -> np.ndarray:
     )
 
 
-def _pooled(strata: Strata) -> np.ndarray:
-    return np.concatenate([stratum.reshape(*stratum.shape[:-2], -1) for stratum in strata], axis=-1)
+def _flat(stratum: np.ndarray) -> np.ndarray:
+    """(..., runs, numbers per run) to (..., numbers)."""
+    return stratum.reshape(*stratum.shape[:-2], -1)

@@ -5,17 +5,39 @@ import scipy.stats
 from pigbench.report import measures
 
 
+def make_strata(*runs):
+    generator = np.random.default_rng(3)
+    return [generator.integers(11, size=(number, 5)) * 10.0 for number in runs]
+
+
 @pytest.fixture
 def strata():
-    generator = np.random.default_rng(3)
-    return [generator.integers(11, size=(runs, 5)) * 10.0 for runs in (3, 4, 2)]
+    return make_strata(3, 4, 2)
 
 
-def test_the_interquartile_mean_agrees_with_scipy(strata):
+@pytest.mark.parametrize("runs", [(1,), (3, 3), (2, 2, 2), (3, 3, 3)])
+def test_pooled_measures_of_equally_many_runs_agree_with_scipy(runs):
+    strata = make_strata(*runs)
     everything = np.concatenate([stratum.ravel() for stratum in strata])
-    assert len(everything) % 4 != 0
     expected = scipy.stats.trim_mean(everything, 0.25)
     assert measures.interquartile_mean(strata) == pytest.approx(expected)
+    assert measures.mean(strata) == pytest.approx(scipy.stats.tmean(everything))
+
+
+def test_pooled_measures_of_other_numbers_of_runs_agree_with_scipy_on_repeated_runs(strata):
+    even = [np.tile(stratum, (12 // len(stratum), 1)) for stratum in strata]
+    everything = np.concatenate([stratum.ravel() for stratum in even])
+    expected = scipy.stats.trim_mean(everything, 0.25)
+    assert measures.interquartile_mean(strata) == pytest.approx(expected)
+    assert measures.mean(strata) == pytest.approx(scipy.stats.tmean(everything))
+
+
+@pytest.mark.parametrize("measure", [measures.mean, measures.interquartile_mean])
+def test_environments_weigh_the_same_however_many_runs_they_have(measure):
+    good, bad = np.array([[80.0]]), np.array([[0.0]])
+    for runs in ((1, 1), (3, 1), (1, 3), (5, 3)):
+        strata = [np.tile(one, (many, 1)) for one, many in zip((good, bad), runs, strict=True)]
+        assert measure(strata) == pytest.approx(40)
 
 
 def test_the_interquartile_mean_by_hand():
