@@ -280,7 +280,10 @@ def _report(suite: Suite, out: Path) -> None:
     made = [tables.TABLES[name](results, order=order()) for name in telling]
     for style, extension in _FORMATS.items():
         files.write_text(out / f"tables.{extension}", tables.render_all(made, style))
-    fits = {"columns": _has_low_levels(results), "profile": "aggregate" in telling}
+    fits = {
+        "columns": _has_low_levels(results),
+        **dict.fromkeys(("box", "profile"), "aggregate" in telling),
+    }
     kinds = [kind for kind in plots.KINDS if fits.get(kind, True)]
     for kind, extension in itertools.product(kinds, ("png", "pdf")):
         plots.plot(results, out / f"{kind}.{extension}", kind=kind, order=order())

@@ -36,8 +36,10 @@ def write(
     if not found:
         raise UserError("no runs are given: name the folders of one or more, or of a suite")
     scoring = scoring or Scoring()
-    done = [entry.result for entry in found if entry.done and entry.result]
-    unfinished = [entry.result for entry in found if not entry.done and entry.result]
+    done = [scoring.counted(entry.result) for entry in found if entry.done and entry.result]
+    unfinished = [
+        scoring.counted(entry.result) for entry in found if not entry.done and entry.result
+    ]
     told = sections(done, unfinished, order, scoring)
     methods = {result.run.config.label for result in [*done, *unfinished]}
     shown = set(tables.telling(done) if done else ()) - {*TABLES}

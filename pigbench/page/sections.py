@@ -8,8 +8,9 @@ from pigbench.page import figures, films
 from pigbench.page.figures import Json
 from pigbench.page.films import Film
 from pigbench.report import stats, tables
+from pigbench.report.conditions import remarks
 from pigbench.report.formats import Table
-from pigbench.report.scoring import Scoring, by_stage, by_task
+from pigbench.report.scoring import Scoring, by_stage, by_task, wording
 from pigbench.report.stats import Result
 
 TABLES = ("tasks", "milestones", "thresholds")
@@ -73,14 +74,17 @@ def _figures(
     done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
 ) -> Iterable[Figure]:
     finished = _by_method(done, order)
+    told = "".join(f"; {remark}" for remark in remarks([*done, *unfinished]))
     yield Figure(
         "Success over training",
-        "Mean over seeds, in a band of one standard deviation to each side."
+        f"Mean over seeds, in a band of one standard deviation to each side{told}."
         + (" Faint: unfinished runs, one by one." if unfinished else ""),
         figures.curves(finished, _by_method(unfinished, order)),
     )
     if finished:
-        how = f"{scoring.wording.capitalize()}; whiskers: one standard deviation over seeds."
+        evaluated = wording(scoring.cells(done), scoring).capitalize()
+        told = "".join(f"; {remark}" for remark in remarks(done))
+        how = f"{evaluated}; whiskers: one standard deviation over seeds{told}."
         for title, groups, quantity in (
             ("Success on each task", by_task, "success (%)"),
             ("How far episodes got", by_stage, "episodes (%)"),

@@ -1,13 +1,14 @@
 """Bar charts, one panel per environment: success on each task, or how far episodes got."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from pigbench.report import canvas, stats
-from pigbench.report.scoring import Groups, Scoring, by_stage, by_task
+from pigbench.report import canvas
+from pigbench.report.conditions import remarks
+from pigbench.report.scoring import Groups, Scoring, by_stage, by_task, wording
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
 from pigbench.report.tables import ordered
@@ -20,8 +21,7 @@ _GAP = 1.0  # bars
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
     """One bar per method: the mean over seeds, with whiskers of one standard deviation each way."""
-    by_cell = {cell: by_task(group, scoring) for cell, group in stats.cells(results).items()}
-    return _draw(by_cell, order, scoring, quantity="success (%)")
+    return _draw(results, order, scoring, by_task, quantity="success (%)")
 
 
 def draw_milestones(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
@@ -29,13 +29,19 @@ def draw_milestones(results: Sequence[Result], order: Sequence[str], scoring: Sc
 
     A dash takes the place of a bar that a run's file does not determine.
     """
-    by_cell = {cell: by_stage(group, scoring) for cell, group in stats.cells(results).items()}
-    return _draw(by_cell, order, scoring, quantity="episodes (%)")
+    return _draw(results, order, scoring, by_stage, quantity="episodes (%)")
 
 
 def _draw(
-    by_cell: Mapping[Cell, Groups], order: Sequence[str], scoring: Scoring, *, quantity: str
+    results: Sequence[Result],
+    order: Sequence[str],
+    scoring: Scoring,
+    groups_of: Callable[[Sequence[Result], Scoring], Groups],
+    *,
+    quantity: str,
 ) -> Figure:
+    cells = scoring.cells(results)
+    by_cell = {cell: groups_of(group, scoring) for cell, group in cells.items()}
     methods = ordered({cell.method for cell in by_cell}, order)
     environments = ordered({cell.environment for cell in by_cell}, order)
     most_groups = max(map(len, by_cell.values()))
@@ -45,7 +51,7 @@ def _draw(
     )
     handles = {}
     for panel, environment in zip(grid[:, 0], environments, strict=True):
-        panel.set_title(f"{environment}, {scoring.wording}")
+        panel.set_title(f"{environment}, {wording(cells, scoring)}")
         panel.set_ylim(0, 100)
         panel.set_ylabel(quantity)
         panel.grid(visible=False, axis="x")
@@ -74,5 +80,6 @@ def _draw(
         centres = np.arange(len(names)) * (len(methods) + _GAP) + (len(methods) - 1) / 2
         panel.set_xticks(centres, list(names))
         panel.set_xlim(-_GAP, len(names) * (len(methods) + _GAP) - _GAP)
+    canvas.add_remarks(figure, remarks(results))
     canvas.add_legend(figure, {method: handles[method] for method in methods})
     return figure

@@ -1,5 +1,6 @@
 """The paper's box plot: one box per method, one dot per environment, and their mean in white."""
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 
 from matplotlib.artist import Artist
@@ -9,9 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pigbench.report import canvas, stats
-from pigbench.report.representations import representation
-from pigbench.report.scoring import Scoring, success
+from pigbench.report import canvas, comparison, stats
+from pigbench.report.conditions import remarks
+from pigbench.report.representations import called, representation
+from pigbench.report.scoring import Scoring, success, wording
 from pigbench.report.stats import Result, base
 from pigbench.report.styles import BLACK, GREY, style
 from pigbench.report.tables import ordered
@@ -26,11 +28,12 @@ _MEAN = {**_DOT, "markersize": 6, "color": "white", "zorder": 4}
 
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
-    """Boxes of means over seeds; a method's variants are side by side.
+    """Boxes of means over seeds in environments that all methods have; variants are side by side.
 
-    A box is white if the low level sees the full state.
+    A box is white if the low level sees the full state. Raises UserError if there is no such
+    environment.
     """
-    cells = stats.cells(results)
+    cells = comparison.common(scoring.cells(results))
     methods = ordered({cell.method for cell in cells}, order)
     seen = {cell.method: group[0].representation for cell, group in cells.items()}
     places = _places(methods)
@@ -43,13 +46,16 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
         values = [success(results, scoring).value for results in group]
         _add_box(panel, places[method], values, style(method).color, _is_filled(seen[method]))
     panel.set_ylim(0, 100)
-    panel.set_title(scoring.wording)
+    environments = ", ".join(ordered({cell.environment for cell in cells}, order))
+    title = f"{wording(cells, scoring)}, over {environments}"
+    panel.set_title(canvas.wrapped(title, figure.get_figwidth()))
     panel.set_ylabel("success (%)")
     panel.grid(visible=False, axis="x")
     ticks = _ticks(places, seen)
     panel.set_xticks(
         list(ticks.values()), list(ticks), rotation=40, ha="right", rotation_mode="anchor"
     )
+    canvas.add_remarks(figure, remarks(itertools.chain.from_iterable(cells.values())))
     canvas.add_legend(figure, handles)
     return figure
 
@@ -66,14 +72,11 @@ def _places(methods: Sequence[str]) -> dict[str, float]:
 
 
 def _ticks(places: Mapping[str, float], seen: Mapping[str, str | None]) -> dict[str, float]:
-    """Names and their positions: one for all variants whose representations tell them apart."""
-    ticks = {}
-    for name, variants in stats.grouped(places, base).items():
-        if len({seen[variant] for variant in variants}) == len(variants):
-            ticks[name] = sum(places[variant] for variant in variants) / len(variants)
-        else:
-            ticks |= {variant: places[variant] for variant in variants}
-    return ticks
+    """Names and their positions, in the middle of the boxes that share them."""
+    return {
+        name: sum(places[method] for method in own) / len(own)
+        for name, own in stats.grouped(places, called(seen).__getitem__).items()
+    }
 
 
 def _add_box(panel: Axes, place: float, values: Sequence[float], color: str, filled: bool) -> None:

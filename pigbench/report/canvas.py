@@ -1,6 +1,7 @@
 """What all figures share: their look, a grid of panels, the legend and the file."""
 
 import contextlib
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,7 @@ _LEGEND_LINE = 0.18
 _LEGEND_MARGIN = 0.15
 _LEGEND_HANDLE = 0.62
 _CHARACTER = 0.063
+_TITLE_CHARACTER = 0.085
 
 
 @contextlib.contextmanager
@@ -94,6 +96,20 @@ def grid(
         layout="constrained",
     )
     return figure, figure.subplots(rows, columns, sharey=share_y, squeeze=False)
+
+
+def add_remarks(figure: Figure, remarks: Sequence[str]) -> None:
+    """Put remarks, if there are any, above the panels."""
+    if remarks:
+        text = wrapped("; ".join(remarks), figure.get_figwidth())
+        lines = 1 + text.count("\n")
+        figure.set_figheight(figure.get_figheight() + _LEGEND_LINE * lines)
+        figure.suptitle(text, fontsize="medium")
+
+
+def wrapped(title: str, width: float) -> str:
+    """The title in lines of at most that width, in inches."""
+    return textwrap.fill(title, max(1, int(width / _TITLE_CHARACTER)))
 
 
 def add_legend(figure: Figure, handles: Mapping[str, Artist]) -> None:

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pigbench.errors import UserError
-from pigbench.report import bootstrap, measures, stats
+from pigbench.report import bootstrap, measures
 from pigbench.report.bootstrap import Strata
-from pigbench.report.scoring import Scoring, stratum
+from pigbench.report.scoring import Cells, Scoring, stratum
 from pigbench.report.stats import Cell, Estimate, Result
 
 AGGREGATES: Mapping[str, Callable[[Strata], np.ndarray]] = {
@@ -34,20 +34,26 @@ class Profile(NamedTuple):
 
 def pool(results: Iterable[Result], scoring: Scoring) -> Pool:
     """The results in environments that all methods have. Raises UserError if there is none."""
-    cells = stats.cells(results)
-    methods = sorted({cell.method for cell in cells})
+    cells = common(scoring.cells(results))
     environments = common_environments(cells)
-    if not environments:
-        raise UserError(f"no environment has runs of all methods: {', '.join(methods)}")
     return Pool(
         environments,
         {
             method: [
                 stratum(cells[Cell(method, environment)], scoring) for environment in environments
             ]
-            for method in methods
+            for method in sorted({cell.method for cell in cells})
         },
     )
+
+
+def common(cells: Cells) -> Cells:
+    """The cells in environments that all methods have. Raises UserError if there is none."""
+    environments = common_environments(cells)
+    if not environments:
+        methods = sorted({cell.method for cell in cells})
+        raise UserError(f"no environment has runs of all methods: {', '.join(methods)}")
+    return {cell: group for cell, group in cells.items() if cell.environment in environments}
 
 
 def common_environments(cells: Collection[Cell]) -> list[str]:

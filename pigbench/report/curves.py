@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pigbench.report import canvas, stats
+from pigbench.report.conditions import remarks
 from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Estimate, Result
 from pigbench.report.styles import Style, style
@@ -18,7 +19,7 @@ _COLUMNS = 3
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
     """One line per method: the mean over seeds, in a band of one standard deviation each way."""
-    cells = stats.cells(results)
+    cells = scoring.cells(results)
     methods = ordered({cell.method for cell in cells}, order)
     environments = ordered({cell.environment for cell in cells}, order)
     columns = min(len(environments), _COLUMNS)
@@ -36,6 +37,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
         panel.set_axis_off()
     for panel in grid[:, 0]:
         panel.set_ylabel("success (%)")
+    canvas.add_remarks(figure, remarks(results))
     canvas.add_legend(figure, {method: lines[method] for method in methods})
     return figure
 

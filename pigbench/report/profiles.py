@@ -1,25 +1,26 @@
 """Performance profiles: the share of runs with success above a threshold, for every threshold."""
 
-import textwrap
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from pigbench.report import canvas, comparison
-from pigbench.report.scoring import Scoring
+from pigbench.report.conditions import remarks
+from pigbench.report.scoring import Scoring, wording
 from pigbench.report.stats import Result
 from pigbench.report.styles import style
 from pigbench.report.tables import ordered
 
 _PANEL = 5.8, 3.2
-_TITLE_WIDTH = 55  # characters
 _MARK_EVERY = 20  # thresholds
 _THRESHOLDS = np.arange(0.0, 100.5, 0.5)
 
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
     """One line per method, in its bootstrap band, over the environments that all methods have."""
+    cells = comparison.common(scoring.cells(results))
     pooled = comparison.pool(results, scoring)
     profiles = comparison.profiles(pooled, _THRESHOLDS, scoring)
     methods = ordered(profiles, order)
@@ -44,8 +45,10 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
             )
     panel.set_xlim(0, 100)
     panel.set_ylim(0, 100)
-    panel.set_title(textwrap.fill(", ".join(ordered(pooled.environments, order)), _TITLE_WIDTH))
-    panel.set_xlabel(f"threshold: success (%), {scoring.wording}")
+    environments = ", ".join(ordered(pooled.environments, order))
+    panel.set_title(canvas.wrapped(environments, _PANEL[0]))
+    panel.set_xlabel(f"threshold: success (%), {wording(cells, scoring)}")
     panel.set_ylabel("runs above the threshold (%)")
+    canvas.add_remarks(figure, remarks(itertools.chain.from_iterable(cells.values())))
     canvas.add_legend(figure, handles)
     return figure

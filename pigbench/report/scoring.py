@@ -1,6 +1,6 @@
 """The scores of runs, and the choice of the evaluations from which they are computed."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple, TypeVar
@@ -9,7 +9,8 @@ import numpy as np
 
 from pigbench.errors import UserError, lookup
 from pigbench.report import bootstrap, measures, stats
-from pigbench.report.stats import Estimate, Result
+from pigbench.report.conditions import unequal
+from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.seeds import Seed
 from pigbench.training.episodes import Episode
 from pigbench.training.measures import MEASURES
@@ -24,6 +25,7 @@ Key = TypeVar("Key")
 Curve = Mapping[int, Estimate]  # by training step, in order
 Task = tuple[int, str]  # number and name
 Groups = Mapping[str, Estimate | None]  # by the bars' group; None if unknown
+Cells = Mapping[Cell, Sequence[Result]]
 
 
 class Checkpoint(NamedTuple):
@@ -67,20 +69,19 @@ class Scoring:
         if self.first_episodes is not None and self.first_episodes < 1:
             raise UserError(f"first_episodes is {self.first_episodes}: it must be at least 1")
 
-    @property
-    def wording(self) -> str:
-        """The checkpoint and how many of its episodes count, for captions."""
-        count = self.first_episodes
-        first = "" if count is None else f", {count} episodes per task"
-        return f"{CHECKPOINTS[self.checkpoint].wording}{first}"
+    def cells(self, results: Iterable[Result]) -> dict[Cell, list[Result]]:
+        """`stats.cells` of the episodes that count. Raises UserError like it."""
+        return stats.cells(map(self.counted, results))
 
-    def counts(self, episode: Episode) -> bool:
-        """Whether an episode counts."""
-        return self.first_episodes is None or episode.episode < self.first_episodes
+    def counted(self, result: Result) -> Result:
+        """The result without the episodes of its evaluations that do not count."""
+        evaluations = stats.grouped(result.episodes, lambda episode: (episode.step, episode.task))
+        kept = [one for own in evaluations.values() for one in own[: self.first_episodes]]
+        return result._replace(episodes=kept)
 
 
 def success(results: Sequence[Result], scoring: Scoring) -> Estimate:
-    """Success rate in percent over the results of a cell, with its interval.
+    """Success rate in percent over the results of a cell, of `Scoring.cells`, with its interval.
 
     Raises UserError unless all were evaluated up to the same training step.
     """
@@ -142,33 +143,35 @@ def stratum(results: Sequence[Result], scoring: Scoring) -> np.ndarray:
     return np.stack([_rates(results, scoring, unit) for unit in units], axis=-1)
 
 
-def differences(results: Sequence[Result], scoring: Scoring) -> list[str]:
+def wording(cells: Cells, scoring: Scoring) -> str:
+    """The checkpoint and, if that was limited, how many of its episodes count, for captions."""
+    checkpoint = CHECKPOINTS[scoring.checkpoint].wording
+    if scoring.first_episodes is None:
+        return checkpoint
+    evaluations = (stats.evaluation(group[0], _steps(group, scoring)) for group in cells.values())
+    counts = sorted({count for one in evaluations for count in one[stats.EPISODES]})
+    return f"{checkpoint}, {_listed(counts)} episodes per task"
+
+
+def differences(cells: Cells, scoring: Scoring) -> list[str]:
     """Differences between the evaluations that count: values by method, for each environment."""
-    methods = stats.grouped(stats.cells(results).items(), lambda item: item[0].environment)
+    evaluations = {
+        cell: {"last step": [group[0].last_step]}
+        | stats.evaluation(group[0], _steps(group, scoring))
+        for cell, group in cells.items()
+    }
+    names = dict.fromkeys(name for values in evaluations.values() for name in values)
     return [
-        f"{name} on {environment}: "
-        + "; ".join(f"{value} ({', '.join(has)})" for value, has in values.items())
-        for environment, items in methods.items()
-        for name, values in _by_value(
-            {cell.method: _evaluation(group, scoring) for cell, group in items}
-        ).items()
-        if len(values) > 1
+        difference
+        for name in names
+        for difference in unequal(
+            name, ((cell, _listed(values[name])) for cell, values in evaluations.items())
+        )
     ]
 
 
-def _evaluation(results: Sequence[Result], scoring: Scoring) -> dict[str, str]:
-    values = stats.evaluation(results[0], _steps(results, scoring))
-    values = {"last step": [results[0].last_step]} | values
-    return {name: " and ".join(f"{one:,}" for one in several) for name, several in values.items()}
-
-
-def _by_value(evaluations: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, list[str]]]:
-    """For each name, the methods of each value."""
-    names = next(iter(evaluations.values()))
-    return {
-        name: stats.grouped(evaluations, lambda method, name=name: evaluations[method][name])
-        for name in names
-    }
+def _listed(numbers: Sequence[int]) -> str:
+    return " and ".join(f"{number:,}" for number in numbers)
 
 
 def _tasks(results: Sequence[Result]) -> list[Task]:
@@ -199,9 +202,7 @@ def _rates(
                 [
                     episode
                     for episode in result.episodes
-                    if episode.step == step
-                    and task in (None, _task(episode))
-                    and scoring.counts(episode)
+                    if episode.step == step and task in (None, _task(episode))
                 ]
             )
             for step in steps

@@ -21,6 +21,8 @@ from pigbench.training.episodes import Episode
 from pigbench.training.measures import MEASURES, Measure
 from pigbench.training.run import Run
 
+EPISODES = "episodes per task"  # a name of `evaluation`
+
 Key = TypeVar("Key", bound=Hashable)
 Item = TypeVar("Item")
 
@@ -61,6 +63,11 @@ class Cell(NamedTuple):
     method: str
     environment: str
 
+    @classmethod
+    def of(cls, result: Result) -> "Cell":
+        """The cell of a result."""
+        return cls(result.run.config.label, result.run.config.environment)
+
 
 def read_results(runs: Iterable[Run]) -> list[Result]:
     """The runs with their episodes. Raises UserError if a run has none."""
@@ -78,7 +85,7 @@ def read_results(runs: Iterable[Run]) -> list[Result]:
 def noisy(result: Result) -> dict[float, Result]:
     """The run with its episodes at each evaluated noise of the estimates, in millimetres."""
     found = {level: episodes.read(path) for level, path in result.run.noise_paths().items()}
-    return {level: Result(result.run, own) for level, own in found.items()}
+    return {level: Result(result.run, own) for level, own in found.items() if own}
 
 
 def cells(results: Iterable[Result]) -> dict[Cell, list[Result]]:
@@ -88,8 +95,8 @@ def cells(results: Iterable[Result]) -> dict[Cell, list[Result]]:
     differ, and must, and evaluations after the same step must have the same settings; within an
     environment, the physics profile must be the same.
     """
-    results = sorted(results, key=lambda result: (_cell(result), result.run.config.seed))
-    by_cell = grouped(results, _cell)
+    results = sorted(results, key=lambda result: (Cell.of(result), result.run.config.seed))
+    by_cell = grouped(results, Cell.of)
     for group in by_cell.values():
         _require_alike(group, _all_but_seed)
         shared = sorted(set.intersection(*({e.step for e in one.episodes} for one in group)))
@@ -123,7 +130,7 @@ def evaluation(result: Result, steps: Collection[int]) -> dict[str, list[int]]:
     episodes = [episode for episode in result.episodes if episode.step in steps]
     counts = Counter((episode.step, episode.task) for episode in episodes)
     return {
-        "episodes per task": sorted(set(counts.values())),
+        EPISODES: sorted(set(counts.values())),
         "evaluation seed": sorted({episode.seed for episode in episodes}),
     }
 
@@ -181,10 +188,6 @@ def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list
     for item in items:
         groups[key(item)].append(item)
     return dict(groups)
-
-
-def _cell(result: Result) -> Cell:
-    return Cell(result.run.config.label, result.run.config.environment)
 
 
 def _all_but_seed(result: Result) -> Mapping[str, Any]:

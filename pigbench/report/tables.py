@@ -1,20 +1,24 @@
 """Tables of success rates: by environment, by task, aggregated, and between methods."""
 
+import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pigbench.errors import UserError
 from pigbench.report import comparison, paper, stats
 from pigbench.report.bootstrap import LEVEL
+from pigbench.report.conditions import remarks
 from pigbench.report.formats import Label, Table, render, render_all
 from pigbench.report.scoring import (
+    Cells,
     Scoring,
     differences,
     milestones,
     success,
     task_success,
     thresholds,
+    wording,
 )
-from pigbench.report.stats import Estimate, Result
+from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.training.measures import MEASURES
 
 __all__ = [
@@ -40,12 +44,12 @@ def method_table(
     results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
 ) -> Table:
     """Methods by environments; names in `order` first, then others alphabetically."""
-    cells = stats.cells(results)
+    cells = scoring.cells(results)
     estimates: dict[Label, Estimate] = {
         cell: success(group, scoring) for cell, group in cells.items()
     }
     return Table(
-        caption=_caption(results, estimates, scoring, line="column"),
+        caption=_caption(cells, estimates, scoring, line="column"),
         corner=("method", "environment"),
         rows=ordered({cell.method for cell in cells}, order),
         columns=ordered({cell.environment for cell in cells}, order),
@@ -58,7 +62,7 @@ def task_table(
     results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
 ) -> Table:
     """Tasks of every environment by methods; names ordered as in `method_table`."""
-    cells = stats.cells(results)
+    cells = scoring.cells(results)
     by_task = {
         (cell.environment, task, cell.method): value
         for cell, group in cells.items()
@@ -70,7 +74,7 @@ def task_table(
         for (environment, task, method), value in by_task.items()
     }
     return Table(
-        caption=_caption(results, estimates, scoring, line="row"),
+        caption=_caption(cells, estimates, scoring, line="row"),
         corner=("task", "method"),
         rows=[
             _row_label(name, task[1])
@@ -88,11 +92,12 @@ def aggregate_table(
     results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
 ) -> Table:
     """Interquartile mean and mean of each method over the environments that all methods have."""
+    cells = comparison.common(scoring.cells(results))
     pooled = comparison.pool(results, scoring)
     estimates = comparison.aggregates(pooled, scoring)
     return Table(
         caption=(
-            f"Success rate in percent ({_how(results, scoring)}), interquartile mean and mean "
+            f"Success rate in percent ({_how(cells, scoring)}), interquartile mean and mean "
             f"{_pooling(pooled, estimates, scoring)}. {_bold_means(estimates, line='column')}"
         ),
         corner=("method", "aggregate"),
@@ -110,12 +115,13 @@ def improvement_table(
 
     Raises UserError if there is only one method.
     """
+    cells = comparison.common(scoring.cells(results))
     pooled = comparison.pool(results, scoring)
     estimates = comparison.improvements(pooled, scoring)
     return Table(
         caption=(
             "Probability in percent that a run of the row's method succeeds more often than one of "
-            f"the column's ({_how(results, scoring)}), {_pooling(pooled, estimates, scoring)}. "
+            f"the column's ({_how(cells, scoring)}), {_pooling(pooled, estimates, scoring)}. "
             "Bold: the interval lies above 50"
         ),
         corner=("method", "other method"),
@@ -134,11 +140,11 @@ def milestone_table(
     results: Sequence[Result], *, order: Sequence[str] = (), scoring: Scoring = DEFAULT
 ) -> Table:
     """Methods of every environment by measures of how far episodes got; ordered as above."""
-    cells = stats.cells(results)
+    cells = scoring.cells(results)
     rows = _rows(cells, order)
     return Table(
         caption=(
-            f"How far episodes got ({_how(results, scoring)}), mean ± standard deviation over "
+            f"How far episodes got ({_how(cells, scoring)}), mean ± standard deviation over "
             "seeds: percent of episodes unless the column names another unit. Nearest is the least "
             "distance of the pinch point from a cube; within is of all cubes from their targets, "
             "final of the farthest; success, within 4 cm (in cube-centre 3 cm), ends an episode. A "
@@ -162,7 +168,7 @@ def threshold_table(
 
     The paper's results on its robot are given beside them.
     """
-    cells = stats.cells(results)
+    cells = scoring.cells(results)
     rows = _rows(cells, order)
     ours = {
         (label, f"{_centimetres(distance)} cm"): estimate
@@ -177,7 +183,7 @@ def threshold_table(
     estimates = ours | theirs
     return Table(
         caption=(
-            f"Percentage of episodes ({_how(results, scoring)}) that end with all cubes within so "
+            f"Percentage of episodes ({_how(cells, scoring)}) that end with all cubes within so "
             "many centimetres of their targets, mean ± standard deviation over seeds. An episode "
             "ends with success, within 4 cm, in cube-centre 3 cm"
             + ("; the paper's are from its robot, 20 episodes of one seed" if theirs else "")
@@ -196,21 +202,30 @@ def noise_table(
 
     Raises UserError if no method has a noise level at which all its runs were evaluated.
     """
-    cells = stats.cells(results)
+    cells = scoring.cells(results)
+    rows = _rows(cells, order)
+    by_noise = _by_noise(cells, scoring)
     estimates = {
         (f"{label}, {_centimetres(distance)} cm", level): estimate
-        for label, cell in _rows(cells, order).items()
-        for level, group in _by_noise(cells[cell]).items()
-        for distance, estimate in thresholds(group, scoring).items()
+        for label, cell in rows.items()
+        for level, noisy in by_noise.items()
+        if cell in noisy
+        for distance, estimate in thresholds(noisy[cell], scoring).items()
     }
     if not estimates:
         raise UserError("no run was evaluated in other noise; use `pigbench evaluate --noise`")
     levels = sorted({level for _, level in estimates})
+    evaluated = {
+        Cell(f"{cell.method} at {level:g} mm", cell.environment): group
+        for level, noisy in by_noise.items()
+        for cell, group in noisy.items()
+    }
     return Table(
         caption=(
-            "Percentage of episodes that end with all cubes within so many centimetres of their "
-            "targets, by the standard deviation of each coordinate of a cube's estimate; mean ± "
-            "standard deviation over seeds. Policies were trained with the environment's own noise"
+            f"Percentage of episodes ({_how(evaluated, scoring)}) that end with all cubes within "
+            "so many centimetres of their targets, by the standard deviation of each coordinate of "
+            "a cube's estimate; mean ± standard deviation over seeds. Policies were trained with "
+            "the environment's own noise"
         ),
         corner=("method, distance", "noise"),
         rows=list(dict.fromkeys(row for row, _ in estimates)),
@@ -219,22 +234,32 @@ def noise_table(
     )
 
 
-def _rows(cells: Iterable[stats.Cell], order: Sequence[str]) -> dict[str, stats.Cell]:
+def _rows(cells: Iterable[Cell], order: Sequence[str]) -> dict[str, Cell]:
     """A row for each cell, by label: environments in order, then methods in order."""
     cells = set(cells)
     every = (
-        stats.Cell(method, environment)
+        Cell(method, environment)
         for environment in ordered({cell.environment for cell in cells}, order)
         for method in ordered({cell.method for cell in cells}, order)
     )
     return {_row_label(cell.environment, cell.method): cell for cell in every if cell in cells}
 
 
-def _by_noise(results: Sequence[Result]) -> dict[float, list[Result]]:
-    """The results at each noise level at which all of them were evaluated."""
-    found = [stats.noisy(result) for result in results]
-    shared = set.intersection(*map(set, found))
-    return {level: [one[level] for one in found] for level in sorted(shared)}
+def _by_noise(cells: Cells, scoring: Scoring) -> dict[float, Cells]:
+    """The cells at each noise level at which all their runs were evaluated.
+
+    Raises UserError if results at the same level are not comparable.
+    """
+    found = {cell: list(map(stats.noisy, group)) for cell, group in cells.items()}
+    levels = {cell: set.intersection(*map(set, own)) for cell, own in found.items()}
+    by_noise = {}
+    for level in sorted(set.union(*levels.values())):
+        noisy = [one[level] for cell, own in found.items() if level in levels[cell] for one in own]
+        try:
+            by_noise[level] = scoring.cells(noisy)
+        except UserError as error:
+            raise UserError(f"in noise of {level:g} mm: {error}") from None
+    return by_noise
 
 
 def _centimetres(distance: float) -> str:
@@ -286,34 +311,22 @@ def _highest(estimates: Mapping[Label, Estimate], labels: Sequence[Label]) -> li
 
 
 def _caption(
-    results: Sequence[Result],
+    cells: Cells,
     estimates: Mapping[Label, Estimate],
     scoring: Scoring,
     *,
     line: str,
 ) -> str:
     return (
-        f"Success rate in percent ({_how(results, scoring)}), mean ± standard deviation over "
+        f"Success rate in percent ({_how(cells, scoring)}), mean ± standard deviation over "
         f"seeds. {_bold_means(estimates, line=line)}"
     )
 
 
-def _how(results: Sequence[Result], scoring: Scoring) -> str:
-    profiles = sorted({result.run.config.physics for result in results})
-    unequal = "".join(f"; unequal {what}" for what in differences(results, scoring))
-    return f"{scoring.wording}; physics: {', '.join(profiles)}{_goals(results)}{unequal}"
-
-
-def _goals(results: Sequence[Result]) -> str:
-    """The representations of goals by method, unless all methods were given the whole state."""
-    told = {result.run.config.label: result.run.config.goals for result in results}
-    kinds = sorted(set(told.values()))
-    if kinds == ["state"]:
-        return ""
-    if len(kinds) == 1:
-        return f"; goals: {kinds[0]}"
-    methods = {kind: sorted(label for label in told if told[label] == kind) for kind in kinds}
-    return "; goals: " + ", ".join(f"{kind} ({', '.join(methods[kind])})" for kind in kinds)
+def _how(cells: Cells, scoring: Scoring) -> str:
+    results = itertools.chain.from_iterable(cells.values())
+    told = remarks(results, always=("physics",))
+    return "; ".join([wording(cells, scoring), *told, *differences(cells, scoring)])
 
 
 def _bold_means(estimates: Mapping[Label, Estimate], *, line: str) -> str:

@@ -1,6 +1,8 @@
 import numpy as np
+import pytest
 from matplotlib.colors import to_rgba
 
+from pigbench.errors import UserError
 from pigbench.report import boxes
 from pigbench.report.scoring import Scoring
 
@@ -28,12 +30,29 @@ def test_a_dot_an_environment_and_the_mean_in_white(make_results):
         ("gcivl", "two"): [{0: [90], 1: [40]}, {0: [90], 1: [40]}],
         ("gcivl", "three"): [{0: [0], 1: [90]}, {0: [0], 1: [90]}],
         ("qrl", "one"): [{0: [0], 1: [70]}],
+        ("qrl", "two"): [{0: [0], 1: [10]}],
+        ("qrl", "three"): [{0: [0], 1: [10]}],
     }
     (panel,) = boxes.draw(make_results(rates), ("gcivl", *environments), Scoring("best")).axes
-    assert [sorted(values) for values in dots(panel, "#000000")] == [[20, 90, 90], [70]]
-    np.testing.assert_allclose(dots(panel, "white"), [[200 / 3], [70]])
+    assert [sorted(values) for values in dots(panel, "#000000")] == [[20, 90, 90], [10, 10, 70]]
+    np.testing.assert_allclose(dots(panel, "white"), [[200 / 3], [30]])
     assert ticks(panel) == ["gcivl", "qrl"]
-    assert panel.get_title() == "best checkpoint of the mean over seeds"
+    title = panel.get_title().replace("\n", " ")
+    assert title == "best checkpoint of the mean over seeds, over one, two, three"
+
+
+def test_boxes_are_over_environments_that_all_methods_have(make_results):
+    rates = {
+        ("gcivl", "one"): [{1: [80]}],
+        ("gcivl", "two"): [{1: [0]}],
+        ("qrl", "one"): [{1: [70]}],
+    }
+    (panel,) = boxes.draw(make_results(rates), (), Scoring()).axes
+    assert dots(panel, "#000000") == dots(panel, "white") == [[80], [70]]
+    assert panel.get_title() == "last evaluation, over one"
+    apart = {("gcivl", "two"): [{1: [0]}], ("qrl", "one"): [{1: [70]}]}
+    with pytest.raises(UserError, match="no environment has runs of all methods: gcivl, qrl"):
+        boxes.draw(make_results(apart), (), Scoring())
 
 
 def test_representations_of_a_method_share_a_name_and_differ_in_filling(make_results):

@@ -105,8 +105,60 @@ def test_what_methods_do_not_share_is_told(tmp_path, make_run):
             make_run(tmp_path / "e", {300: twice}, environment="cube-double"),
         ]
     )
-    assert scoring.differences(made, Scoring()) == [
-        "last step on cube-single: 100 (crl, qrl); 200 (gcivl)",
-        "episodes per task on cube-single: 2 (crl, qrl); 1 (gcivl)",
+    assert scoring.differences(stats.cells(made), Scoring()) == [
+        "unequal last step on cube-single: 100 (crl, qrl); 200 (gcivl)",
+        "unequal episodes per task on cube-single: 2 (crl, qrl); 1 (gcivl)",
     ]
-    assert scoring.differences(made[2:], Scoring()) == []
+    assert scoring.differences(stats.cells(made[2:]), Scoring()) == []
+
+
+def test_what_follows_the_first_episodes_does_not_count(tmp_path, make_run):
+    # Step 100 is better in the first two and step 200 in all.
+    curve = {100: [[1, 1, 0, 0, 0, 0]], 200: [[1, 0, 1, 1, 1, 1]]}
+    few = {100: [[1, 1]], 200: [[1, 0]]}
+    many = stats.read_results([make_run(tmp_path / "many", curve)])
+    cut = stats.read_results([make_run(tmp_path / "few", few)])
+    for checkpoint in ("last", "best"):
+        first = Scoring(checkpoint, first_episodes=2)
+        (group,) = first.cells(many).values()
+        assert scoring.success(group, first) == scoring.success(cut, Scoring(checkpoint))
+    assert scoring.success(cut, Scoring("best")).value == 100
+    assert scoring.success(many, Scoring("best")).value == pytest.approx(500 / 6)
+
+
+def test_evaluations_are_held_against_each_other_by_what_counts(tmp_path, make_run):
+    made = stats.read_results(
+        [
+            make_run(tmp_path / "a", {100: [[1] * 5]}),
+            make_run(tmp_path / "b", {100: [[0] * 2]}, seed=1),
+            make_run(tmp_path / "c", {100: [[1] * 3]}, method="qrl"),
+        ]
+    )
+    with pytest.raises(UserError, match="episodes per task at step 100"):
+        Scoring().cells(made)
+    with pytest.raises(UserError, match="episodes per task at step 100"):
+        Scoring(first_episodes=3).cells(made)
+    equal = Scoring(first_episodes=2)
+    cells = equal.cells(made)
+    assert scoring.differences(cells, equal) == []
+    assert scoring.wording(cells, equal) == "last evaluation, 2 episodes per task"
+
+
+@pytest.mark.parametrize(
+    ("count", "said"),
+    [
+        (None, ""),
+        (2, ", 2 episodes per task"),
+        (4, ", 3 and 4 episodes per task"),
+        (100, ", 3 and 5 episodes per task"),
+    ],
+)
+def test_captions_tell_of_episodes_that_there_are(tmp_path, make_run, count, said):
+    made = stats.read_results(
+        [
+            make_run(tmp_path / "a", {100: [[1] * 5]}),
+            make_run(tmp_path / "c", {100: [[1] * 3]}, method="qrl"),
+        ]
+    )
+    first = Scoring(first_episodes=count)
+    assert scoring.wording(first.cells(made), first) == f"last evaluation{said}"

@@ -1,3 +1,5 @@
+import itertools
+
 import pytest
 
 from pigbench.errors import UserError
@@ -114,6 +116,31 @@ def test_aggregates(tmp_path, make_run):
         "over cube-single, with 95 % stratified bootstrap intervals over seeds. Bold: the highest "
         "of a column and what lies in its 95 % bootstrap interval"
     )
+
+
+def test_aggregates_do_not_depend_on_which_environment_has_more_seeds(tmp_path, make_run):
+    made = []
+    for method, counts in {"gcivl": (3, 1), "qrl": (1, 3)}.items():
+        for environment, rate, count in zip(("one", "two"), (8, 0), counts, strict=True):
+            folder, rates = tmp_path / environment, (rate,) * count
+            made += seeds(make_run, folder, method, rates, environment=environment)
+    table = tables.aggregate_table(stats.read_results(made))
+    assert {label: round(one.value, 9) for label, one in table.estimates.items()} == dict.fromkeys(
+        itertools.product(("gcivl", "qrl"), ("IQM", "mean")), 40
+    )
+
+
+def test_captions_are_of_the_environments_that_are_compared(tmp_path, make_run):
+    goals = {"agent": {"goals": "cubes"}}
+    made = [
+        *seeds(make_run, tmp_path, "gcivl", (1,)),
+        *seeds(make_run, tmp_path, "qrl", (2,)),
+        *seeds(make_run, tmp_path / "double", "qrl", (3,), **DOUBLE, **goals),
+    ]
+    results = stats.read_results(made)
+    assert "(last evaluation; physics: exact)" in tables.aggregate_table(results).caption
+    said = "goals: cubes (cube-double), state (cube-single)"
+    assert said in tables.method_table(results).caption
 
 
 def test_improvements(tmp_path, make_run):

@@ -38,6 +38,12 @@ def make_ended(tmp_path, make_run):
     return make
 
 
+def record_noise(run, level: float, *distances: float, seed: int = 7) -> None:
+    run.noise_path(level).parent.mkdir(exist_ok=True)
+    made = [episode._replace(seed=seed) for episode in ended(*distances)]
+    episodes.record(run.noise_path(level), made)
+
+
 def values(table, row: str) -> dict[str, float]:
     return {
         column: round(table.estimates[row, column].value, 1)
@@ -92,14 +98,48 @@ def test_success_by_noise(make_ended):
         (first, 2.5, [0.01]),  # not of both seeds
         (other, 20, [0.02, 0.02]),
     ]:
-        run.noise_path(level).parent.mkdir(exist_ok=True)
-        episodes.record(run.noise_path(level), ended(*distances))
+        record_noise(run, level, *distances)
     table = tables.noise_table(results, order=["gcivl", "hjb-gcivl"])
     assert table.columns == ["0 mm", "20 mm"]
     assert values(table, "cube-centre gcivl, 3 cm") == {"0 mm": 25.0, "20 mm": 0.0}
     assert values(table, "cube-centre gcivl, 5 cm") == {"0 mm": 75.0, "20 mm": 0.0}
     assert values(table, "cube-centre gcivl, 10 cm") == {"0 mm": 75.0, "20 mm": 25.0}
     assert values(table, "cube-centre hjb-gcivl, 3 cm") == {"20 mm": 100.0}
+
+
+@pytest.mark.parametrize(
+    ("distances", "seed", "message"),
+    [
+        ([0.1], 7, r"episodes per task at step 1 is \[2\] in one and \[1\] in the other"),
+        ([0.1, 0.1], 8, r"evaluation seed at step 1 is \[7\] in one and \[8\] in the other"),
+    ],
+)
+def test_seeds_are_not_averaged_over_unequal_noise(make_ended, distances, seed, message):
+    results = make_ended("gcivl", [0.01], [0.01])
+    for level in (0, 20):
+        for result in results:
+            record_noise(result.run, level, 0.01, 0.04)
+    record_noise(results[1].run, 20, *distances, seed=seed)
+    with pytest.raises(UserError, match=f"in noise of 20 mm: .*{message}"):
+        tables.noise_table(results)
+
+
+def test_the_caption_tells_how_evaluations_in_noise_differ(make_ended):
+    results = make_ended("gcivl", [0.01]) + make_ended("qrl", [0.01])
+    for result, level, distances in zip(
+        [*results, *results], (5, 5, 10, 10), ([0.1], [0.1], [0.1, 0.2, 0.3], [0.1]), strict=True
+    ):
+        record_noise(result.run, level, *distances)
+    unequal = "episodes per task on cube-centre"
+    said = f"{unequal}: 3 (gcivl at 10 mm); 1 (gcivl at 5 mm, qrl at 10 mm, qrl at 5 mm)"
+    assert (
+        f"(last evaluation; physics: exact; unequal {said})" in tables.noise_table(results).caption
+    )
+    cut = Scoring(first_episodes=1)
+    assert (
+        "(last evaluation, 1 episodes per task; physics: exact)"
+        in tables.noise_table(results, scoring=cut).caption
+    )
 
 
 def test_without_noise_there_is_no_such_table(make_ended):
