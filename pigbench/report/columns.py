@@ -1,19 +1,21 @@
 """The paper's ablation in three columns: what the low level of a hierarchy should see.
 
 One column per low-level representation, with one curve per method, and a last column for the
-average over methods with each representation; one row per environment.
+average over the methods that have every representation; one row per environment.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 from matplotlib.figure import Figure
 
 from pigbench.errors import UserError
 from pigbench.report import canvas, stats
+from pigbench.report.conditions import remarks
 from pigbench.report.curves import add_curve, prepare
-from pigbench.report.representations import REPRESENTATIONS, representation
-from pigbench.report.scoring import Scoring
-from pigbench.report.stats import Estimate, Result, base
+from pigbench.report.representations import REPRESENTATIONS, called, representation
+from pigbench.report.scoring import Cells, Scoring
+from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
 from pigbench.report.tables import ordered
 
@@ -22,14 +24,17 @@ _PANEL = 2.9, 2.2
 
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
     """Curves like those of `curves`. Raises UserError if no method is hierarchical."""
-    cells = stats.cells(result for result in results if result.representation)
+    cells = scoring.cells(result for result in results if result.representation)
     if not cells:
         raise UserError("columns compare low-level representations: give runs of hierarchies")
     names = ordered(
         {str(group[0].representation) for group in cells.values()}, list(REPRESENTATIONS)
     )
-    methods = ordered({base(cell.method) for cell in cells}, order)
     environments = ordered({cell.environment for cell in cells}, order)
+    rows = {environment: _by_representation(cells, environment) for environment in environments}
+    methods = ordered(
+        {method for row in rows.values() for groups in row.values() for method in groups}, order
+    )
     titles = {name: representation(name).title for name in names}
     figure, grid = canvas.grid(
         len(environments),
@@ -37,26 +42,46 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
         panel=_PANEL,
         legend=[*methods, *titles.values()],
     )
-    handles = {}
-    for row, environment in zip(grid, environments, strict=True):
-        row[0].set_ylabel(f"{environment}\nsuccess (%)")
-        for panel in row:
-            prepare(panel)
-        for panel, name in zip(row, names, strict=False):
-            groups = {
-                base(cell.method): group
-                for cell, group in cells.items()
-                if (cell.environment, group[0].representation) == (environment, name)
-            }
-            for method, group in groups.items():
-                handles[method] = add_curve(panel, stats.success_curve(group), style(method))
-            if groups:
-                curve = _average(list(groups.values()))
-                handles[titles[name]] = add_curve(row[-1], curve, representation(name).style)
-    for panel, title in zip(grid[0], [*titles.values(), "average over methods"], strict=True):
+    for panel, title in zip(grid[0], titles.values(), strict=False):
         panel.set_title(title)
-    canvas.add_legend(figure, {name: handles[name] for name in [*methods, *titles.values()]})
+    handles = {}
+    for panels, (environment, row) in zip(grid, rows.items(), strict=True):
+        panels[0].set_ylabel(f"{environment}\nsuccess (%)")
+        for panel in panels:
+            prepare(panel)
+        for panel, name in zip(panels, names, strict=False):
+            for method, group in row.get(name, {}).items():
+                handles[method] = add_curve(panel, stats.success_curve(group), style(method))
+        shared = ordered(set.intersection(*map(set, row.values())), order)
+        panels[-1].set_title(canvas.wrapped(_average_title(shared, methods), _PANEL[0]))
+        for name, groups in row.items() if shared else ():
+            curve = _average([groups[method] for method in shared])
+            handles[titles[name]] = add_curve(panels[-1], curve, representation(name).style)
+    canvas.add_remarks(figure, remarks(itertools.chain.from_iterable(cells.values())))
+    canvas.add_legend(
+        figure, {name: handles[name] for name in [*methods, *titles.values()] if name in handles}
+    )
     return figure
+
+
+def _by_representation(cells: Cells, environment: str) -> dict[str, dict[str, Sequence[Result]]]:
+    """The results of methods in an environment, by representation and then by name."""
+    seen = {
+        cell.method: str(group[0].representation)
+        for cell, group in cells.items()
+        if cell.environment == environment
+    }
+    names = called(seen)
+    return {
+        name: {names[method]: cells[Cell(method, environment)] for method in methods}
+        for name, methods in stats.grouped(seen, seen.__getitem__).items()
+    }
+
+
+def _average_title(shared: Sequence[str], methods: Sequence[str]) -> str:
+    if not shared:
+        return "no average: no method has all representations"
+    return f"average over {'methods' if len(shared) == len(methods) else ', '.join(shared)}"
 
 
 def _average(groups: Sequence[Sequence[Result]]) -> Mapping[int, Estimate]:

@@ -6,6 +6,7 @@ from pigbench.report import columns
 from pigbench.report.scoring import Scoring
 
 FULL = {"variant": "full", "agent": {"low_level_representation": "full"}}
+WIDE = {"variant": "wide", "agent": {"low_level_representation": "full", "hidden": [512]}}
 JOINTS = {"variant": "joints", "agent": {"low_level_representation": "joints_contacts"}}
 
 
@@ -60,3 +61,46 @@ def test_flat_methods_have_no_columns(make_results):
     results = make_results({("qrl", "e"): [{0: [0]}]}, agent={})
     with pytest.raises(UserError, match="give runs of hierarchies"):
         columns.draw(results, (), Scoring())
+
+
+def titles(figure):
+    return [panel.get_title().replace("\n", " ") for panel in figure.axes]
+
+
+def names(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_the_average_is_over_the_methods_that_all_representations_share(make_results):
+    both = {("sharsa", "e"): [{0: [40]}], ("h-flow-qrl", "e"): [{0: [0]}]}
+    results = [
+        *make_results(both | {("h-flow-gcivl", "e"): [{0: [90]}]}, **FULL),
+        *make_results({("sharsa", "e"): [{0: [80]}], ("h-flow-qrl", "e"): [{0: [20]}]}, **JOINTS),
+    ]
+    figure = columns.draw(results, ("sharsa", "h-flow-qrl"), Scoring())
+    assert lines(figure.axes[-1]) == [[[0, 20]], [[0, 50]]]
+    assert titles(figure)[-1] == "average over sharsa, h-flow-qrl"
+    assert len(lines(figure.axes[0])) == 3
+
+
+def test_each_environment_has_an_average_of_its_own(make_results):
+    all_have = {("sharsa", "one"): [{0: [40]}], ("sharsa", "two"): [{0: [10]}]}
+    more = {("h-flow-qrl", "one"): [{0: [60]}]}
+    results = [*make_results(all_have | more, **FULL), *make_results(all_have | more, **JOINTS)]
+    figure = columns.draw(results, ("sharsa", "h-flow-qrl"), Scoring())
+    assert lines(figure.axes[2]) == [[[0, 50]]] * 2
+    assert lines(figure.axes[5]) == [[[0, 10]]] * 2
+    assert titles(figure)[2::3] == ["average over methods", "average over sharsa"]
+
+
+def test_variants_that_see_the_same_are_all_drawn(make_results):
+    cell = {("sharsa", "e"): [{0: [40]}]}
+    results = [
+        *make_results(cell, **FULL),
+        *make_results({("sharsa", "e"): [{0: [70]}]}, **WIDE),
+        *make_results({("sharsa", "e"): [{0: [90]}]}, **JOINTS),
+    ]
+    figure = columns.draw(results, (), Scoring())
+    assert [lines(panel) for panel in figure.axes] == [[[[0, 40]], [[0, 70]]], [[[0, 90]]], []]
+    assert titles(figure)[-1] == "no average: no method has all representations"
+    assert names(figure) == ["sharsa (full)", "sharsa (joints)", "sharsa (wide)"]

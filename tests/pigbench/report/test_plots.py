@@ -4,6 +4,7 @@ from PIL import Image
 
 from pigbench.errors import UserError
 from pigbench.report import plots, stats, styles
+from pigbench.report.scoring import Scoring
 
 
 @pytest.fixture
@@ -37,6 +38,22 @@ def test_every_kind_shows_every_method_in_its_colour(tmp_path, results, kind):
 def styles_rgb(method):
     color = styles.style(method).color
     return np.array([int(color[start : start + 2], 16) for start in (1, 3, 5)])
+
+
+@pytest.mark.parametrize("kind", plots.KINDS)
+def test_every_kind_says_what_methods_were_told_of_goals(tmp_path, make_run, kind):
+    both = {"low_level_representation": "full"}, {"low_level_representation": "joints_contacts"}
+    results = stats.read_results(
+        make_run(tmp_path / method / goals, {0: [[0]]}, method=method, variant=goals, agent=agent)
+        for method, agent in zip(("sharsa", "mine"), both, strict=True)
+        for goals, agent in {"state": agent, "cubes": agent | {"goals": "cubes"}}.items()
+    )
+    figure = plots.KINDS[kind](results, (), Scoring())
+    said = "goals: cubes (mine (cubes), sharsa (cubes)), state (mine (state), sharsa (state))"
+    assert figure.get_suptitle().replace("\n", " ") == said
+    usual = plots.KINDS[kind](results[::2], (), Scoring())
+    assert usual.get_suptitle() == ""
+    assert figure.get_figheight() > usual.get_figheight()
 
 
 @pytest.mark.parametrize("kind", plots.KINDS)
