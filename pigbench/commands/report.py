@@ -71,7 +71,7 @@ class Plot:
     the input of a hierarchy's low level), profile (shares of runs above each success rate) or
     milestones (how far episodes got, from touching a cube to success)."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
-    """How a run is scored, except in curves."""
+    """How a run is scored; curves show every checkpoint."""
 
     def run(self) -> None:
         """Draw the picture."""
@@ -94,7 +94,7 @@ class Report:
     out: Path = Path("report")
     """Folder for the page, index.html, and for films, if runs have any."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
-    """How a run is scored, except in curves."""
+    """How a run is scored; curves show every checkpoint."""
 
     def run(self) -> None:
         """Make the page."""

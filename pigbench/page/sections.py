@@ -40,7 +40,8 @@ def sections(
 ) -> list[Section]:
     """One section per environment, in order. Unfinished runs appear only in curves and films.
 
-    Raises UserError if the finished runs are not comparable.
+    Takes results as given by `Scoring.counted`. Raises UserError if the finished runs are not
+    comparable.
     """
     mine = stats.grouped(done, _environment)
     going_on = stats.grouped(unfinished, _environment)

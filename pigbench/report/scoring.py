@@ -1,4 +1,7 @@
-"""The scores of runs, and the choice of the evaluations from which they are computed."""
+"""The scores of runs, and the choice of the evaluations from which they are computed.
+
+Functions of results take those of `Scoring.cells`, which have only the episodes that count.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -81,7 +84,7 @@ class Scoring:
 
 
 def success(results: Sequence[Result], scoring: Scoring) -> Estimate:
-    """Success rate in percent over the results of a cell, of `Scoring.cells`, with its interval.
+    """Success rate in percent over the results of a cell, with its interval.
 
     Raises UserError unless all were evaluated up to the same training step.
     """

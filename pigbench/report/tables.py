@@ -284,7 +284,10 @@ def telling(results: Sequence[Result]) -> list[str]:
     fits = {
         "aggregate": pooled,
         "improvement": pooled and len({cell.method for cell in cells}) > 1,
-        "noise": any(result.run.noise_paths() for result in results),
+        "noise": any(
+            set.intersection(*(set(result.run.noise_paths()) for result in group))
+            for group in cells.values()
+        ),
     }
     return [name for name in TABLES if fits.get(name, True)]
 
