@@ -30,6 +30,7 @@ from pigbench.suite.status import (
     last_lines,
     log_path,
     status,
+    untried,
     update,
 )
 from pigbench.support import files
@@ -194,13 +195,12 @@ def _train(
 
 
 def _try_in_noise(suite: Suite, out: Path, workers: int) -> list[tuple[str, int]]:
-    """Evaluate finished cells under the noise levels that they have not been evaluated with yet."""
-    levels = set(suite.evaluation.noise)
+    """Evaluate finished cells under the noise levels that their last policy lacks."""
     done = [one.cell for one in status(suite, out) if one.state == DONE]
     todo = [
-        jobs.noise(suite, cell, out)
+        jobs.noise(suite, cell, out, levels)
         for cell in done
-        if levels - set(read_run(out / cell.name).noise_paths())
+        if (levels := untried(suite, cell, out))
     ]
     if not todo:
         return []

@@ -1,7 +1,7 @@
 """The commands that a suite consists of: one for each data set, and one for each cell."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -63,10 +63,10 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
     return Job(cell.name, folder, ("train", cell.method, *_flags(options)))
 
 
-def noise(suite: Suite, cell: Cell, out: Path) -> Job:
-    """The job that evaluates a trained cell at other noise levels of the estimates."""
+def noise(suite: Suite, cell: Cell, out: Path, levels: Sequence[float]) -> Job:
+    """The job that evaluates a trained cell at these noise levels of the estimates, in mm."""
     folder = out / cell.name
-    options = {"episodes": suite.evaluation.episodes, "noise": suite.evaluation.noise}
+    options = {"episodes": suite.evaluation.episodes, "noise": levels}
     return Job(f"noise/{cell.name}", folder, ("evaluate", str(folder), *_flags(options)))
 
 

@@ -14,6 +14,7 @@ from pigbench.suite.spec import Cell, Suite
 from pigbench.support.lock import is_held
 from pigbench.training import episodes
 from pigbench.training.metrics import FILE_NAME as METRICS_FILE
+from pigbench.training.run import read_run
 
 DONE, RUNNING, FAILED, CUT_OFF, WAITING = "done", "running", "failed", "cut off", "waiting"
 
@@ -40,6 +41,20 @@ def status(suite: Suite, out: Path) -> list[Status]:
 def update(known: Sequence[Status], out: Path) -> list[Status]:
     """The current status of the same cells; those that were done are not read again."""
     return [one if one.state == DONE else _status(one.cell, out) for one in known]
+
+
+def untried(suite: Suite, cell: Cell, out: Path) -> list[float]:
+    """The suite's levels of noise, millimetres, without episodes of the cell's last step."""
+    run = read_run(out / cell.name)
+
+    def is_tried(level: float) -> bool:
+        try:
+            rows = episodes.read(run.noise_path(level))
+        except UserError:  # of a torn file the command that is to add to it says so
+            return False
+        return any(row.step == cell.environment.steps for row in rows)
+
+    return [level for level in suite.evaluation.noise if not is_tried(level)]
 
 
 def is_complete(folder: Path) -> bool:

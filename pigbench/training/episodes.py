@@ -56,7 +56,9 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
 
 
 def read(path: Path) -> list[Episode]:
-    """The episodes in the file, by step, task and episode. Raises UserError if it is torn.
+    """The episodes in the file (at least one) by step, task and episode.
+
+    Raises UserError if it is torn.
 
     The file may lack measures, except success.
     """
@@ -72,6 +74,8 @@ def read(path: Path) -> list[Episode]:
         raise UserError(f"{path} is torn: its columns are not {','.join(_COLUMNS)}")
     if not text.endswith("\n"):
         raise UserError(f"{path} is torn: its last row is cut off")
+    if not rows:
+        raise UserError(f"{path} is torn: it holds no episode")
     numbered = list(enumerate(rows, start=2))
     if is_checked:
         numbered = [(number, _checked(path, number, row)) for number, row in numbered]
@@ -79,10 +83,15 @@ def read(path: Path) -> list[Episode]:
 
 
 def keep(path: Path, wanted: Callable[[int], bool]) -> None:
-    """Remove the episodes of unwanted steps from the file, if it exists."""
+    """Remove the episodes of unwanted steps from the file, if it exists.
+
+    If no episode is left, the file is removed too.
+    """
     old = read(path) if path.exists() else []
     kept = [episode for episode in old if wanted(episode.step)]
-    if kept != old:
+    if not kept:
+        path.unlink(missing_ok=True)
+    elif kept != old:
         _write(path, kept)
 
 

@@ -101,7 +101,8 @@ def train(
         ]
         for run, saved in zip(runs, checkpoints, strict=True):
             saved.drop(lambda step: not schedule.evaluates(step))
-            episodes.keep(run.episodes_path, schedule.evaluates)
+            for path in (run.episodes_path, *run.noise_paths().values()):
+                episodes.keep(path, schedule.evaluates)
         states = [agents.create(agent, init_key) for init_key, _ in keys]
         saved_step = common_step(checkpoints)
         if saved_step is not None:

@@ -29,10 +29,10 @@ def test_data_is_filtered_if_the_suite_says_so():
 
 def test_trained_cells_are_tried_in_noise():
     suite = spec.read(Path("real-robot"))
-    job = jobs.noise(suite, suite.cells()[0], OUT)
+    job = jobs.noise(suite, suite.cells()[0], OUT, (5, 0.5))
     command = cli.parse(job.arguments)
     assert command.run_folder == OUT / "cube-centre/gcivl/0"
-    assert (command.noise, command.episodes) == ((0, 5, 10, 20), 50)
+    assert (command.noise, command.episodes) == ((5, 0.5), 50)
 
 
 def test_a_cell_is_trained_as_the_suite_says(suite):

@@ -120,6 +120,24 @@ def test_an_altered_row_is_named_by_its_line(tmp_path):
             episodes.read(path)
 
 
+def test_a_file_without_episodes_is_torn(tmp_path):
+    path = tmp_path / "episodes.csv"
+    episodes.record(path, [episode(100, 1, 0)])
+    path.write_text(path.read_text().splitlines(keepends=True)[0])
+    with pytest.raises(UserError, match=r"episodes\.csv is torn: it holds no episode"):
+        episodes.read(path)
+
+
+def test_only_the_wanted_steps_are_kept_and_no_file_without_any(tmp_path):
+    path = tmp_path / "episodes.csv"
+    episodes.keep(path, lambda step: True)
+    episodes.record(path, [episode(100, 1, 0), episode(200, 1, 0)])
+    episodes.keep(path, lambda step: step > 100)
+    assert episodes.read(path) == [episode(200, 1, 0)]
+    episodes.keep(path, lambda step: step > 200)
+    assert not path.exists()
+
+
 def test_other_files_are_not_episodes(tmp_path):
     path = tmp_path / "episodes.csv"
     which = "step,task,task_name,episode,seed"

@@ -21,6 +21,7 @@ from pigbench.errors import UserError
 from pigbench.training import episodes
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import Trained, restore
+from pigbench.training.run import read_run
 from pigbench.training.train import Schedule, make_updates
 
 STEPS = 600
@@ -132,7 +133,10 @@ def test_a_run_that_is_extended_is_as_if_it_had_been_that_long_from_the_first(da
     cli.run([*train, "--steps", "40", "--out", str(tmp_path / "whole")])
     # Its last evaluation, after 25 updates, is none of a longer run's.
     cli.run([*train, "--steps", "25", "--out", str(tmp_path / "run")])
+    short = read_run(tmp_path / "run")
+    episodes.record(short.noise_path(5), episodes.read(short.episodes_path))
     cli.run([*train, "--steps", "40", "--out", str(tmp_path / "run")])
+    assert {row.step for row in episodes.read(short.noise_path(5))} == {0, 10, 20}
 
     whole, run = restore(tmp_path / "whole"), restore(tmp_path / "run")
     jax.tree.map(np.testing.assert_array_equal, run.state, whole.state)
