@@ -106,7 +106,8 @@ def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
 def _require_compatible(out: Path, suite: Suite) -> None:
     """Raise UserError unless `suite` extends the one kept in the folder `out`.
 
-    A suite may grow along its axes and train longer; the settings its cells share must stay.
+    A suite may grow along its axes, train longer and change its noise levels; the other settings
+    its cells share must stay.
     """
     kept = spec.read_kept(out / spec.KEPT)
     asked = {environment.name: environment.steps for environment in suite.environments}
@@ -129,7 +130,7 @@ def _settings(suite: Suite) -> dict[str, object]:
     settings: dict[str, object] = {
         "preset": suite.preset,
         "data": dataclasses.asdict(suite.data),
-        "evaluation": dataclasses.asdict(suite.evaluation),
+        "evaluation": {"every": suite.evaluation.every, "episodes": suite.evaluation.episodes},
         "agent": suite.agent,
     }
     for environment in suite.environments:

@@ -1,6 +1,5 @@
 """The commands that a suite consists of: one for each data set, and one for each cell."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,7 +34,7 @@ def _generation(suite: Suite, environment: Environment, name: str, folder: Path)
         "policy": data.policy,
         "physics": data.physics,
         "seed": data.seed,
-        "episodes": math.ceil(environment.transitions / data.episode_transitions),
+        "episodes": -(-environment.transitions // data.episode_transitions),
         "episode-length": data.episode_transitions + 1,
     }
     if data.validation_episodes is not None:

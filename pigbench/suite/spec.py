@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pydantic
 
@@ -24,6 +24,9 @@ KEPT = "suite.json"
 READY = Path(__file__).parent / "ready"
 """The folder of the suites that come with the package."""
 
+Count = Annotated[int, pydantic.Field(ge=1)]
+Noise = Annotated[float, pydantic.Field(ge=0, allow_inf_nan=False)]
+
 _UNKNOWN_FIELD = "unexpected_keyword_argument"
 
 
@@ -32,8 +35,8 @@ class Environment:
     """An environment, the size of its training data, and how long methods train on it."""
 
     name: str
-    transitions: int
-    steps: int
+    transitions: Count
+    steps: Count
     data: Path | None = None  # folder of the data set; by default in the suite's own
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
@@ -46,8 +49,8 @@ class Data:
     policy: str = "play"
     physics: str = "exact"
     seed: Seed = 0
-    validation_episodes: int | None = None
-    episode_transitions: int = 1000  # per episode, from which the number of episodes is computed
+    validation_episodes: Annotated[int, pydantic.Field(ge=0)] | None = None
+    episode_transitions: Count = 1000  # per episode, from which the number of episodes is computed
     filter: bool = False  # whether only good episodes are kept, by `pigbench data filter`
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
@@ -57,9 +60,9 @@ class Data:
 class Evaluation:
     """How often, and in how many episodes per task, policies are evaluated."""
 
-    every: int
-    episodes: int = 10
-    noise: tuple[float, ...] = ()  # millimetres, levels at which trained policies are evaluated too
+    every: Count
+    episodes: Count = 10
+    noise: tuple[Noise, ...] = ()  # millimetres, levels at which trained policies are evaluated too
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 

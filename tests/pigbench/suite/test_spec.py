@@ -45,6 +45,14 @@ def test_variants_are_an_axis_and_add_to_the_overrides_of_all(suite, write):
         ("seeds = [0, 3]", 'seeds = ["a"]', "seeds.0: Input should be a valid integer.*not 'a'"),
         ("seeds = [0, 3]", "seeds = [0", "is not valid TOML"),
         ('"cube-double"', '"cube-single"', "environments names one twice"),
+        ("validation_episodes = 2", "validation_episodes = -5", "validation_episodes: .*not -5"),
+        ('policy = "play"', "episode_transitions = 0", "data.episode_transitions: .*not 0"),
+        ("transitions = 1_500", "transitions = 0", r"environments\.0\.transitions: .*not 0"),
+        ("steps = 20_000", "steps = 0", r"environments\.0\.steps: .*not 0"),
+        ("every = 5_000", "every = 0", "evaluation.every: .*not 0"),
+        ("episodes = 20", "episodes = 0", "evaluation.episodes: .*not 0"),
+        ("episodes = 20", "noise = [0, -1]", r"evaluation\.noise\.1: .*not -1"),
+        ("episodes = 20", "noise = [nan]", r"evaluation\.noise\.0: .*not nan"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(write, old, new, complaint):
