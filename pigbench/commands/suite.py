@@ -16,13 +16,14 @@ from pigbench.agents import AgentConfig
 from pigbench.cluster import Cluster, RemoteProcess
 from pigbench.commands.report import order, write_page
 from pigbench.commands.suite_status import print_status
+from pigbench.data import manifest
 from pigbench.errors import UserError, lookup
 from pigbench.report import plots, stats, tables
 from pigbench.report.formats import markdown_grid
 from pigbench.report.stats import Result
 from pigbench.suite import estimate, jobs, runner, spec
 from pigbench.suite.jobs import Job
-from pigbench.suite.spec import Suite
+from pigbench.suite.spec import Environment, Suite
 from pigbench.suite.status import (
     DONE,
     Status,
@@ -95,12 +96,22 @@ def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
     """
     for environment in suite.environments:
         lookup("environment", envs.SPECS, environment.name)
+        _check_data(suite, environment, out)
         for job in jobs.preparation(suite, environment, out):
             cli.parse(job.arguments)
     return {
         (cell.method, cell.variant): cli.parse(jobs.training(suite, cell, out).arguments).agent
         for cell in suite.cells()
     }
+
+
+def _check_data(suite: Suite, environment: Environment, out: Path) -> None:
+    """Raises UserError if the data set that is there is of other simulations."""
+    folder = jobs.data_folder(environment, out)
+    if (folder / manifest.FILE_NAME).exists():
+        stored = manifest.read(folder).spec
+        asked = {"environment": environment.name, "physics": suite.data.physics}
+        require_same(str(folder), {name: getattr(stored, name) for name in asked}, asked)
 
 
 def _require_compatible(out: Path, suite: Suite) -> None:

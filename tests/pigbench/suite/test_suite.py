@@ -57,6 +57,21 @@ def test_what_its_commands_would_refuse_is_refused_at_once(tmp_path, old, new, c
     assert list(tmp_path.iterdir()) == [file]
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ('"cube-single"', '"cube-double"', "environment is 'cube-single' there"),
+        ("data = {", 'data = {physics = "fast", ', "physics is 'exact' there and 'fast' now"),
+    ],
+)
+def test_data_of_other_simulations_are_refused_at_once(data, tmp_path, old, new, complaint):
+    file, out = tmp_path / "suite.toml", tmp_path / "out"
+    file.write_text(f'{TINY.replace(old, new)}data = "{data}"\n')
+    with pytest.raises(UserError, match=f"{data} was made with .*{complaint}"):
+        cli.run(["suite", str(file), "--out", str(out)])
+    assert not out.exists()
+
+
 def test_noise_may_be_added_later(tmp_path):
     """The next difference is what is refused."""
     file, out = tmp_path / "suite.toml", tmp_path / "out"
