@@ -1,7 +1,7 @@
 """The command line: `pigbench COMMAND ...`.
 
 A command is chosen first, then its own fields are parsed. A user's error is reported as one line on
-standard error, with exit status 2.
+standard error, with exit status 2, or 75 if another process is writing the same files.
 """
 
 import argparse
@@ -87,11 +87,10 @@ COMMANDS = {
     "bench device": Command("device", "Device", "measure this machine's accelerator"),
     "toy": Command("toy", "Toy", "fit a known cost-to-go under each regulariser"),
 }
-USAGE_ERROR = 2
 
 
 def main() -> None:
-    """Run the command of `sys.argv`; the exit status is 2 for a user's error."""
+    """Run the command of `sys.argv`; the exit status is that of a user's error."""
     warnings.formatwarning = _format_warning
     output.write_plainly_where_needed(sys.stdout, sys.stderr)
     with interrupts.leaving_at_once(_farewell):
@@ -101,7 +100,7 @@ def main() -> None:
             finally:
                 sys.stdout.flush()
         except UserError as error:
-            _refuse(str(error))
+            _refuse(str(error), error.status)
         except BrokenPipeError:
             _discard_output()
         except OSError as error:  # the system refuses what a command must read or write
@@ -109,9 +108,9 @@ def main() -> None:
             _refuse(f"{error.filename or 'output'}: {error.strerror or error}")
 
 
-def _refuse(complaint: str) -> NoReturn:
+def _refuse(complaint: str, status: int = UserError.status) -> NoReturn:
     print(f"pigbench: {' '.join(complaint.split())}", file=sys.stderr)
-    sys.exit(USAGE_ERROR)
+    sys.exit(status)
 
 
 def _discard_output() -> None:

@@ -4,6 +4,7 @@ Every layer of the package may import this module; it imports none of them.
 """
 
 import difflib
+import os
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
@@ -13,8 +14,16 @@ T = TypeVar("T")
 class UserError(Exception):
     """Something the user gave is wrong. The message says what is wrong and what would be right.
 
-    The command line prints it as one line and exits with status 2.
+    The command line prints it as one line and exits with its status.
     """
+
+    status = 2
+
+
+class BusyError(UserError):
+    """Another process writes what is to be written: later, the same command will do."""
+
+    status = os.EX_TEMPFAIL
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UserError:

@@ -10,11 +10,15 @@ from pigbench.suite.spec import Cell, Environment, Suite
 
 @dataclass(frozen=True)
 class Job:
-    """A `pigbench` command that writes a folder; its name is unique within the suite."""
+    """A `pigbench` command that writes a folder; its name is unique within the suite.
+
+    `after` is the name of the job that must have ended before it starts, if there is one.
+    """
 
     name: str
     folder: Path
     arguments: tuple[str, ...]
+    after: str = ""
 
 
 def preparation(suite: Suite, environment: Environment, out: Path) -> tuple[Job, ...]:
@@ -24,7 +28,8 @@ def preparation(suite: Suite, environment: Environment, out: Path) -> tuple[Job,
         return (_generation(suite, environment, name, folder),)
     raw = folder.with_name(f"{folder.name}-raw")
     keep = ("data", "filter", str(raw), "--out", str(folder))
-    return _generation(suite, environment, f"{name}-raw", raw), Job(name, folder, keep)
+    collect = _generation(suite, environment, f"{name}-raw", raw)
+    return collect, Job(name, folder, keep, after=collect.name)
 
 
 def _generation(suite: Suite, environment: Environment, name: str, folder: Path) -> Job:

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
+from pigbench.errors import BusyError
 from pigbench.suite.jobs import Job
 from pigbench.support.lock import is_held
 
@@ -63,20 +64,27 @@ def run(
     `log` gives the file to which a job's output is appended, `options` are added to every command,
     and `report` is called every second with the names of running jobs. An interruption also
     interrupts the jobs. A job whose folder is being written by another process, such as one that
-    outlived a killed suite, counts as running, and is started when that process has ended. `start`
-    starts a job, by default as a process on this machine.
+    outlived a killed suite, counts as running, and is started when that process has ended; a job
+    that ends because it met such a process is started again. `start` starts a job, by default as a
+    process on this machine.
     """
     start = start or partial(_start, alone=workers == 1)
     waiting = list(jobs)
+    by_name = {job.name: job for job in waiting}
     ended: dict[str, int] = {}
     with _processes() as running:
         while waiting or running:
             for name in [name for name, process in running.items() if process.poll() is not None]:
-                ended[name] = running.pop(name).returncode
-                if ended[name] != 0:
-                    _note_failure(log(name), ended[name])
+                status = running.pop(name).returncode
+                if status == BusyError.status:
+                    waiting.insert(0, by_name[name])
+                    continue
+                ended[name] = status
+                if status != 0:
+                    _note_failure(log(name), status)
             held = [job for job in waiting if is_held(job.folder)]
-            free = [job for job in waiting if job not in held]
+            to_come = {*running, *(job.name for job in waiting)}
+            free = [job for job in waiting if job not in held and job.after not in to_come]
             for job in free[: workers - len(running)]:
                 waiting.remove(job)
                 running[job.name] = start(job, log(job.name), options)

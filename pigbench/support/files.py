@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from pigbench.errors import UserError
+from pigbench.errors import BusyError, UserError
 
 _DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
 _SEAL = "checksum"
@@ -97,8 +97,8 @@ def make_folder(path: Path) -> None:
 def replacing_file(path: Path) -> Iterator[BinaryIO]:
     """A file to write; it replaces `path` when the block ends without an error.
 
-    Its folder is made if need be. Raises UserError if `require_file` does, if another process is
-    writing it, or if the disk is full.
+    Its folder is made if need be. Raises BusyError if another process is writing it, and UserError
+    if `require_file` does or if the disk is full.
     """
     require_file(path)
     temporary = temporary_path(path)
@@ -115,12 +115,12 @@ def replacing_file(path: Path) -> Iterator[BinaryIO]:
 
 @contextlib.contextmanager
 def _opened_alone(path: Path) -> Iterator[BinaryIO]:
-    """The file, truncated, for one process at a time. Raises UserError in any other process."""
+    """The file, truncated, for one process at a time. Raises BusyError in any other process."""
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
     with open(descriptor, "wb") as file:
         if not _is_locked(descriptor, path):
-            raise UserError(f"{path} is being written by another process: wait until it has ended")
+            raise BusyError(f"{path} is being written by another process: wait until it has ended")
         file.truncate()
         yield file
 

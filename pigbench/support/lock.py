@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from pigbench.errors import UserError
+from pigbench.errors import BusyError
 from pigbench.support import files
 
 _TRIES, _PAUSE_SECONDS = 5, 0.02
@@ -18,13 +18,13 @@ _TRIES, _PAUSE_SECONDS = 5, 0.02
 def only_writer(folder: Path) -> Iterator[None]:
     """Hold a folder, made if it is missing.
 
-    Raises UserError if another process holds it, or if it cannot be written.
+    Raises BusyError if another process holds it, and UserError if it cannot be written.
     """
     files.make_folder(folder)
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         if not _take_patiently(descriptor):
-            raise UserError(
+            raise BusyError(
                 f"{folder} is being written by another process: wait until it has ended"
             )
         yield

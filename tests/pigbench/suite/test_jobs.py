@@ -24,7 +24,7 @@ def test_data_is_filtered_if_the_suite_says_so():
     assert (command.policy, command.episodes, command.out) == ("replan", 371, collect.folder)
     command = cli.parse(keep.arguments)
     assert (command.folder, command.out) == (collect.folder, OUT / "data/cube-centre")
-    assert collect.name != keep.name == jobs.data_job(suite.environments[0])
+    assert keep.after == collect.name != keep.name == jobs.data_job(suite.environments[0])
 
 
 def test_trained_cells_are_tried_in_noise():

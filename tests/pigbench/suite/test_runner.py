@@ -2,6 +2,7 @@ import contextlib
 
 from pigbench.suite import runner
 from pigbench.suite.jobs import Job
+from pigbench.support import files
 from pigbench.support.lock import only_writer
 
 
@@ -21,3 +22,37 @@ def test_a_job_waits_until_no_other_process_writes_its_folder(tmp_path):
     assert list(ended.items()) == [("free", 0), ("held", 0)]
     assert seen[0] == (("free", "held"), False)
     assert all("cube-single" in log.read_text() for log in logs.values())
+
+
+def test_a_job_waits_until_the_one_that_it_is_after_has_ended(tmp_path):
+    first = Job("first", tmp_path / "first", ("list", "envs"))
+    second = Job("second", tmp_path / "second", ("list", "envs"), after="first")
+    seen = []
+    with contextlib.ExitStack() as other:
+        other.enter_context(only_writer(first.folder))
+
+        def report(names):
+            seen.append(names)
+            other.close()
+
+        ended = runner.run(
+            [first, second], workers=2, log=lambda name: tmp_path / f"{name}.log", report=report
+        )
+    assert list(ended.items()) == [("first", 0), ("second", 0)]
+    assert seen[:2] == [("first",), ("first",)]  # held, and running
+    assert ("first", "second") not in seen
+
+
+def test_a_job_that_another_process_is_in_the_way_of_is_run_again(data, tmp_path):
+    job, log = Job("card", tmp_path / "card", ("data", "card", str(data))), tmp_path / "card.log"
+    with contextlib.ExitStack() as other:
+        other.enter_context(files.replacing_file(data / "README.md"))
+
+        def report(_):
+            if log.exists() and "is being written by another process" in log.read_text():
+                other.close()
+
+        assert runner.run([job], workers=1, log=lambda _: log, report=report) == {"card": 0}
+    refused, done = log.read_text().splitlines()
+    assert refused.startswith("pigbench: ")
+    assert done.endswith("is written")
