@@ -19,6 +19,7 @@ from pigbench.errors import UserError
 from pigbench.suite.jobs import Job
 from pigbench.support.extras import required
 from pigbench.support.lock import is_held
+from pigbench.support.memory import SHARERS
 
 Result = TypeVar("Result")
 
@@ -81,6 +82,7 @@ class Tasks:
         # XLA's flags affect results, so they are the same everywhere; threads follow the cores.
         environment = {"XLA_FLAGS": os.environ.get("XLA_FLAGS", "")}
         environment["NPROC"] = str(max(1, math.floor(cluster.cpus_per_task)))
+        environment[SHARERS] = str(max(1, _most_on_one(ray.nodes(), cluster)))
         self._options = {
             "num_cpus": cluster.cpus_per_task,
             "num_gpus": cluster.gpus_per_task,
@@ -172,6 +174,19 @@ def _run(arguments: Sequence[str], folder: Path, log: Path, place: str) -> int:
             check=False,
             cwd=place,
         ).returncode
+
+
+def _most_on_one(nodes: Sequence[Mapping[str, Any]], cluster: Cluster) -> int:
+    """How many tasks a machine of the cluster has at once, at most."""
+    per_task = {"CPU": cluster.cpus_per_task or 1, "GPU": cluster.gpus_per_task}
+    return max(
+        min(
+            math.floor(node["Resources"].get(kind, 0) / amount)
+            for kind, amount in per_task.items()
+            if amount
+        )
+        for node in nodes
+    )
 
 
 def _knock(address: str | None) -> None:

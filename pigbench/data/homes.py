@@ -49,9 +49,9 @@ def size(split: Split) -> int:
 
 
 def _room() -> int:
-    """Bytes that rows may take: half of a device's memory, or a quarter of a host's."""
+    """Bytes that rows may take: half of a device's memory, or a quarter of our share of a host's."""
     statistics = jax.devices()[0].memory_stats()
     if statistics is not None and "bytes_limit" in statistics:
         return statistics["bytes_limit"] // 2
     # Rows are in memory twice while they are read.
-    return memory.physical() // 4
+    return memory.share() // 4

@@ -13,9 +13,7 @@ from typing import Any, Protocol
 from pigbench.errors import BusyError
 from pigbench.suite.jobs import Job
 from pigbench.support.lock import is_held
-
-_ONE_THREAD = {"NPROC": "1"}
-"""One XLA thread per process: one process per core does more than one process on all cores."""
+from pigbench.support.memory import SHARERS
 
 FAILURE = "exit status"
 """The beginning of the last line in the log of a failed job."""
@@ -68,8 +66,8 @@ def run(
     that ends because it met such a process is started again. `start` starts a job, by default as a
     process on this machine.
     """
-    start = start or partial(_start, alone=workers == 1)
     waiting = list(jobs)
+    start = start or partial(_start, environment=_environment(workers, len(waiting)))
     by_name = {job.name: job for job in waiting}
     ended: dict[str, int] = {}
     with _processes() as running:
@@ -114,16 +112,24 @@ def _note_failure(log: Path, status: int) -> None:
         file.write(f"{FAILURE} {status}\n")
 
 
+def _environment(workers: int, jobs: int) -> Mapping[str, str]:
+    """Environment variables of processes that run at once.
+
+    Each has one XLA thread: one process per core does more than one process on all cores.
+    """
+    sharers = {SHARERS: str(max(1, min(workers, jobs)))}
+    return sharers if workers == 1 else {"NPROC": os.environ.get("NPROC", "1")} | sharers
+
+
 def _start(
-    job: Job, log: Path, options: Sequence[str], *, alone: bool
+    job: Job, log: Path, options: Sequence[str], *, environment: Mapping[str, str]
 ) -> "subprocess.Popen[bytes]":
     log.parent.mkdir(parents=True, exist_ok=True)
-    environment = os.environ if alone else _ONE_THREAD | os.environ
     with open(log, "ab") as file:
         return subprocess.Popen(
             [sys.executable, "-P", "-m", "pigbench", *job.arguments, *options],
             stdin=subprocess.DEVNULL,
             stdout=file,
             stderr=subprocess.STDOUT,
-            env=environment,
+            env=os.environ | environment,
         )

@@ -1,4 +1,5 @@
 import contextlib
+import os
 
 from pigbench.suite import runner
 from pigbench.suite.jobs import Job
@@ -56,3 +57,23 @@ def test_a_job_that_another_process_is_in_the_way_of_is_run_again(data, tmp_path
     refused, done = log.read_text().splitlines()
     assert refused.startswith("pigbench: ")
     assert done.endswith("is written")
+
+
+def test_jobs_know_how_many_share_the_machine(tmp_path):
+    """A plugin is a way to ask a job."""
+    plugin = tmp_path / "told.py"
+    plugin.write_text("import os\nprint(os.environ['PIGBENCH_SHARERS'], os.environ.get('NPROC'))")
+
+    def told(workers: int, count: int) -> set[str]:
+        names = [f"{workers}-{count}-{number}" for number in range(count)]
+        jobs = [Job(name, tmp_path / name, ("list", "envs")) for name in names]
+        runner.run(
+            jobs,
+            workers=workers,
+            log=lambda name: tmp_path / f"{name}.log",
+            options=["--plugin", str(plugin)],
+        )
+        return {(tmp_path / f"{name}.log").read_text().splitlines()[0] for name in names}
+
+    assert told(1, 2) == {f"1 {os.environ.get('NPROC')}"}
+    assert told(3, 2) == {f"2 {os.environ.get('NPROC', '1')}"}
