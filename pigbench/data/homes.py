@@ -49,7 +49,7 @@ def size(split: Split) -> int:
 
 
 def _room() -> int:
-    """Bytes that rows may take: half of a device's memory, or a quarter of our share of a host's."""
+    """Bytes that rows may take: half of a device's memory, a quarter of our share of a host's."""
     statistics = jax.devices()[0].memory_stats()
     if statistics is not None and "bytes_limit" in statistics:
         return statistics["bytes_limit"] // 2
