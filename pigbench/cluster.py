@@ -130,16 +130,21 @@ class RemoteProcess:
     """A `pigbench` command as a task, with the interface of a process on this machine."""
 
     def __init__(self, tasks: Tasks, job: Job, log: Path, options: Sequence[str]) -> None:
-        self._tasks = tasks
+        self._tasks, self._log = tasks, log
         arguments = (*job.arguments, *options)
         folder, log = job.folder.absolute(), log.absolute()
         self._task = tasks.start(_run, arguments, folder, log, os.getcwd())
         self.returncode: int | None = None
 
     def poll(self) -> int | None:
-        """The exit status; None while it runs."""
+        """The exit status; None while it runs. A lost task's is 1, and its log says so."""
         if self.returncode is None and self._tasks.finished(self._task):
-            self.returncode = self._tasks.result(self._task)
+            try:
+                self.returncode = self._tasks.result(self._task)
+            except (UserError, OSError) as error:
+                with open(self._log, "a", encoding="utf-8") as file:
+                    file.write(f"pigbench: {' '.join(str(error).split())}\n")
+                self.returncode = 1
         return self.returncode
 
     def wait(self, seconds: float) -> int | None:

@@ -85,6 +85,7 @@ def run(
             free = [job for job in waiting if job not in held and job.after not in to_come]
             for job in free[: workers - len(running)]:
                 waiting.remove(job)
+                log(job.name).parent.mkdir(parents=True, exist_ok=True)
                 running[job.name] = start(job, log(job.name), options)
             report((*running, *(job.name for job in held)))
             time.sleep(_POLL_SECONDS)
@@ -98,13 +99,18 @@ def _processes() -> Iterator[dict[str, Process]]:
     try:
         yield running
     finally:
-        for process in running.values():
-            process.terminate()
-        for process in running.values():
-            try:
-                process.wait(_PATIENCE_SECONDS)
-            except subprocess.TimeoutExpired:
-                process.kill()
+        with contextlib.ExitStack() as every:  # whatever becomes of another; the last is first
+            for process in running.values():
+                every.callback(_see_ended, process)
+            for process in running.values():
+                every.callback(process.terminate)
+
+
+def _see_ended(process: Process) -> None:
+    try:
+        process.wait(_PATIENCE_SECONDS)
+    except subprocess.TimeoutExpired:
+        process.kill()
 
 
 def _note_failure(log: Path, status: int) -> None:
@@ -124,7 +130,6 @@ def _environment(workers: int, jobs: int) -> Mapping[str, str]:
 def _start(
     job: Job, log: Path, options: Sequence[str], *, environment: Mapping[str, str]
 ) -> "subprocess.Popen[bytes]":
-    log.parent.mkdir(parents=True, exist_ok=True)
     with open(log, "ab") as file:
         return subprocess.Popen(
             [sys.executable, "-P", "-m", "pigbench", *job.arguments, *options],

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pigbench import cli
+from pigbench import cli, envs
 from pigbench.cluster import Cluster, RemoteProcess, Tasks
 from pigbench.data import dataset
 from pigbench.errors import UserError
@@ -15,6 +15,11 @@ from pigbench.suite import runner
 from pigbench.suite.jobs import Job
 
 LOCAL = Cluster("local", cpus_per_task=0.5)
+MINE = """
+import dataclasses
+from pigbench import envs
+envs.register(dataclasses.replace(envs.SPECS["cube-single"], name="mine"))
+"""
 SMALL = "--episodes 3 --episodes-per-shard 1 --validation-episodes 0 --episode-length 11"
 
 
@@ -24,7 +29,7 @@ def tasks():
         yield tasks
 
 
-def test_a_task_whose_process_is_killed_is_started_again(tasks: Tasks, tmp_path):
+def test_a_task_whose_process_is_killed_is_started_again(tasks: Tasks, tmp_path, monkeypatch):
     def attempt(name: str) -> int:
         """The first attempt waits to be killed."""
         place = tmp_path / name
@@ -49,21 +54,33 @@ def test_a_task_whose_process_is_killed_is_started_again(tasks: Tasks, tmp_path)
     with pytest.raises(UserError, match="no"):
         tasks.result(tasks.start(refuse))
 
-    jobs = [Job(name, tmp_path / name, ("list", name)) for name in ("envs", "nonsense")]
+    killer = tmp_path / "killer.py"
+    killer.write_text("import os, signal; os.kill(os.getppid(), signal.SIGKILL)")
+    monkeypatch.setitem(tasks._options, "max_retries", 0)
+    jobs = [
+        Job("lost", tmp_path / "lost", ("list", "envs", "--plugin", str(killer))),
+        *(Job(name, tmp_path / name, ("list", name)) for name in ("envs", "nonsense")),
+    ]
+    logs = {job.name: tmp_path / "logs" / f"{job.name}.log" for job in jobs}
     ended = runner.run(
         jobs,
-        workers=2,
-        log=lambda name: tmp_path / f"{name}.log",
+        workers=3,
+        log=logs.__getitem__,
         start=lambda *job: RemoteProcess(tasks, *job),
     )
-    assert ended == {"envs": 0, "nonsense": 2}
-    assert "cube-octuple" in (tmp_path / "envs.log").read_text()
-    assert "unknown topic 'nonsense'" in (tmp_path / "nonsense.log").read_text()
+    assert ended == {"lost": 1, "envs": 0, "nonsense": 2}
+    assert "pigbench: the Ray cluster lost a task: " in logs["lost"].read_text()
+    assert "cube-octuple" in logs["envs"].read_text()
+    assert "unknown topic 'nonsense'" in logs["nonsense"].read_text()
 
 
-def test_a_data_set_has_the_same_bytes(tmp_path):
+def test_a_data_set_has_the_same_bytes(tmp_path, monkeypatch):
+    """Of an environment that a plugin brings."""
+    monkeypatch.setattr(envs, "SPECS", dict(envs.SPECS))
+    plugin = tmp_path / "mine.py"
+    plugin.write_text(MINE)
     for out, more in (("here", ""), ("there", "--ray local --cpus-per-task 2")):
-        command = f"generate cube-single --out {tmp_path / out} {SMALL} {more}"
+        command = f"generate mine --plugin {plugin} --out {tmp_path / out} {SMALL} {more}"
         cli.run(command.split())
 
     def contents(folder: Path) -> dict[str, bytes]:

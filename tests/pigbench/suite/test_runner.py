@@ -1,5 +1,10 @@
 import contextlib
 import os
+import signal
+import subprocess
+import sys
+
+import pytest
 
 from pigbench.suite import runner
 from pigbench.suite.jobs import Job
@@ -77,3 +82,24 @@ def test_jobs_know_how_many_share_the_machine(tmp_path):
 
     assert told(1, 2) == {f"1 {os.environ.get('NPROC')}"}
     assert told(3, 2) == {f"2 {os.environ.get('NPROC', '1')}"}
+
+
+def test_all_are_ended_whatever_becomes_of_one(tmp_path):
+    class Stubborn(subprocess.Popen):
+        def terminate(self) -> None:
+            super().terminate()
+            raise RuntimeError("not so")
+
+    started = []
+
+    def start(job, log, options):
+        started.append(Stubborn([sys.executable, "-c", "import time; time.sleep(60)"]))
+        return started[-1]
+
+    def report(_):
+        raise KeyboardInterrupt
+
+    jobs = [Job(name, tmp_path / name, ()) for name in "abc"]
+    with pytest.raises(RuntimeError, match="not so"):
+        runner.run(jobs, workers=3, log=tmp_path.joinpath, report=report, start=start)
+    assert [process.poll() for process in started] == [-signal.SIGTERM] * 3
