@@ -21,7 +21,7 @@ class UserError(Exception):
 
 
 class BusyError(UserError):
-    """Another process writes what is to be written: later, the same command will do."""
+    """Another process is writing the same files: the same command will work later."""
 
     status = os.EX_TEMPFAIL
 

@@ -106,7 +106,7 @@ def _check(suite: Suite, out: Path) -> Mapping[tuple[str, str], AgentConfig]:
 
 
 def _check_data(suite: Suite, environment: Environment, out: Path) -> None:
-    """Raises UserError if the data set that is there is of other simulations."""
+    """Raise UserError if an existing data set is of another environment or physics profile."""
     folder = jobs.data_folder(environment, out)
     if (folder / manifest.FILE_NAME).exists():
         stored = manifest.read(folder).spec

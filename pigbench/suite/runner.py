@@ -99,7 +99,7 @@ def _processes() -> Iterator[dict[str, Process]]:
     try:
         yield running
     finally:
-        with contextlib.ExitStack() as every:  # whatever becomes of another; the last is first
+        with contextlib.ExitStack() as every:  # even if one fails; last in, first out
             for process in running.values():
                 every.callback(_see_ended, process)
             for process in running.values():

@@ -44,13 +44,13 @@ def update(known: Sequence[Status], out: Path) -> list[Status]:
 
 
 def untried(suite: Suite, cell: Cell, out: Path) -> list[float]:
-    """The suite's levels of noise, millimetres, without episodes of the cell's last step."""
+    """The suite's noise levels, in millimetres, that lack episodes of the cell's last step."""
     run = read_run(out / cell.name)
 
     def is_tried(level: float) -> bool:
         try:
             rows = episodes.read(run.noise_path(level))
-        except UserError:  # of a torn file the command that is to add to it says so
+        except UserError:  # missing, or torn, which the command that writes it reports
             return False
         return any(row.step == cell.environment.steps for row in rows)
 
