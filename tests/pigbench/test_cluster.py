@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pigbench import cli, envs
-from pigbench.cluster import Cluster, RemoteProcess, Tasks
+from pigbench.cluster import Cluster, RemoteProcess, Tasks, _most_on_one
 from pigbench.data import dataset
 from pigbench.errors import UserError
 from pigbench.suite import runner
@@ -96,3 +96,11 @@ def test_a_cluster_that_is_not_there_and_resources_that_cannot_be_are_refused():
         Cluster("127.0.0.1:1").connected().__enter__()
     with pytest.raises(UserError, match="cpus_per_task is -1"):
         Cluster("local", cpus_per_task=-1)
+
+
+@pytest.mark.parametrize(
+    ("cpus", "gpus", "most"), [(4, 1, 2), (4, 0, 4), (0.5, 0, 32), (0, 0.5, 4)]
+)
+def test_a_machine_has_as_many_tasks_as_its_scarcest_resource_allows(cpus, gpus, most):
+    nodes = [{"Resources": {}}, {"Resources": {"CPU": 16.0, "GPU": 2.0, "memory": 1e9}}]
+    assert _most_on_one(nodes, Cluster("any", cpus, gpus)) == most
