@@ -137,7 +137,7 @@ def test_tables_and_figures_are_those_of_the_cells_that_are_done(out):
 def test_the_page_names_the_cell_that_failed(out):
     assert f"{out / 'report/index.html'} shows them" in (out / "output").read_text()
     page = (out / "report/index.html").read_text()
-    assert "1 of 2 runs is not finished" in page
+    assert "1 of 2 runs is unfinished" in page
     assert 'class="state state-failed"' in page
     assert "pigbench train gcbc --data" in page
 
