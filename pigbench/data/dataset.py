@@ -13,7 +13,7 @@ from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError, lookup
 from pigbench.support import files
 
-_REPEAT = "run the same `pigbench generate` again (or `pigbench data import`)"
+_REPEAT = "run the same `pigbench generate` again (or `pigbench data import`, or `data filter`)"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,13 +107,10 @@ def load(folder: Path) -> Dataset:
     Raises UserError if there is none, if it is unfinished, or if a file is missing or of the wrong
     size. `verify` checks the content too.
     """
+    remaining = manifest.remaining(folder)
+    if remaining is not None:
+        raise UserError(f"{folder} is unfinished: {remaining}; {_REPEAT} to finish it")
     content = manifest.read(folder)
-    missing = content.missing()
-    if missing:
-        raise UserError(
-            f"{folder} is unfinished: {len(missing)} of {len(content.spec.plan())} shards are "
-            f"missing; {_REPEAT} to finish it"
-        )
     for record in content.shards:
         for path, problem in shard.file_problems(folder, record):
             raise UserError(f"{path} {problem}; {_REPEAT} to mend it")
@@ -127,6 +124,8 @@ def verify(folder: Path) -> list[str]:
     """
     content = manifest.read(folder)
     unfinished = [f"{folder / part.name} is missing" for part in content.missing()]
+    if not unfinished and (remaining := manifest.remaining(folder)):
+        unfinished = [f"{folder} is unfinished: {remaining}"]
     found = itertools.chain.from_iterable(
         _shard_problems(folder, content.spec, record) for record in content.shards
     )

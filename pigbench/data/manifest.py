@@ -143,6 +143,20 @@ class Manifest:
         )
 
 
+def remaining(folder: Path) -> str | None:
+    """What the data set in `folder` lacks, in words; None of a complete one.
+
+    A journal that a kill left behind is something: until it is in the manifest, whose bytes are
+    the digest of all, that does not tell of all shards. Raises as `read`.
+    """
+    manifest = read(folder)
+    if missing := manifest.missing():
+        return f"{len(missing)} of {len(manifest.spec.plan())} shards are missing"
+    if (folder / JOURNAL).exists():
+        return f"{JOURNAL} is still to be taken into {FILE_NAME}"
+    return None
+
+
 def write(folder: Path, manifest: Manifest) -> None:
     """Replace the manifest of the data set in `folder`, and remove the journal."""
     content = {"format": FORMAT, **dataclasses.asdict(manifest)}

@@ -45,7 +45,7 @@ def update(known: Sequence[Status], out: Path) -> list[Status]:
 def is_complete(folder: Path) -> bool:
     """Whether the folder contains a complete data set."""
     try:
-        return not manifest.read(folder).missing()
+        return manifest.remaining(folder) is None
     except UserError:
         return False
 
