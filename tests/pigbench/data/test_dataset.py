@@ -46,7 +46,8 @@ def test_no_export_has_many_shards_open_at_once(tmp_path, spec, arrays, monkeypa
     )
     monkeypatch.setattr(files, "allow_many_open", pytest.fail)
     before = resource.getrlimit(resource.RLIMIT_NOFILE)
-    few = max(map(int, os.listdir("/proc/self/fd"))) + 20
+    free = sorted(set(range(1000)) - set(map(int, os.listdir("/proc/self/fd"))))
+    few = free[20]
     resource.setrlimit(resource.RLIMIT_NOFILE, (few, before[1]))
     try:
         export.run()
