@@ -11,7 +11,7 @@ checkpoints/      training states
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -106,6 +106,35 @@ class Run:
     def checkpoints_path(self) -> Path:
         """The folder of checkpoints."""
         return self.path / "checkpoints"
+
+    def saved_steps(self) -> set[int]:
+        """The training steps that have a checkpoint."""
+        found = self.checkpoints_path.glob("*")
+        return {int(path.name) for path in found if path.name.isdecimal()}
+
+    @property
+    def is_trained(self) -> bool:
+        """Whether its training has come to its end: what it saves last is there."""
+        return self.config.steps in self.saved_steps()
+
+
+def common_step(runs: Sequence[Run]) -> int | None:
+    """The last step of which all runs have a checkpoint, and go on together; None to begin at 0.
+
+    Raises UserError if they have none in common, and some would lose theirs by beginning anew.
+    """
+    saved = [run.saved_steps() for run in runs]
+    shared = set.intersection(*saved)
+    if not shared and any(max(steps, default=0) > 0 for steps in saved):
+        far = {
+            run.config.seed: max(steps, default=0) for run, steps in zip(runs, saved, strict=True)
+        }
+        told = ", ".join(f"{seed} (step {step:,})" for seed, step in far.items())
+        raise UserError(
+            f"seeds {told} have no checkpoint in common: train those that are equally far together "
+            "first, each group with its own --seeds"
+        )
+    return max(shared, default=None)
 
 
 def open_run(

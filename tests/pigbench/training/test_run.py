@@ -1,5 +1,6 @@
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -101,3 +102,32 @@ def test_a_run_that_was_cut_off_as_it_began_begins(tmp_path, config):
     for name in ("provenance.json", ".statistics.json.tmp"):
         (tmp_path / name).write_text("")
     assert runs.open_run(tmp_path, config, {}, STATISTICS).config == config
+
+
+@pytest.mark.parametrize(
+    ("saved", "step"),
+    [
+        (((), ()), None),
+        (((0,), ()), None),  # killed in between
+        (((0, 100), (0, 100, 200)), 100),
+        (((100, 200), (0,)), "0 (step 200), 1 (step 0)"),
+        (((100, 200), ()), "0 (step 200), 1 (step 0)"),
+    ],
+)
+def test_runs_go_on_together_from_a_step_that_all_have(tmp_path, config, saved, step):
+    together = []
+    for seed, steps in enumerate(saved):
+        run = runs.Run(tmp_path / str(seed), dataclasses.replace(config, seed=seed))
+        run.checkpoints_path.mkdir(parents=True)
+        for one in steps:
+            (run.checkpoints_path / str(one)).mkdir()
+        (run.checkpoints_path / "300.orbax-checkpoint-tmp").mkdir()
+        assert run.is_trained == (200 in steps)
+        together.append(run)
+    if isinstance(step, str):
+        with pytest.raises(
+            UserError, match=f"seeds {re.escape(step)} have no checkpoint in common"
+        ):
+            runs.common_step(together)
+    else:
+        assert runs.common_step(together) == step
