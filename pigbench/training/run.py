@@ -1,7 +1,7 @@
 """A run's folder: one training run of one method, with all that is needed to trust and repeat it.
 
 config.json       the configuration, which identifies the run
-provenance.json   versions, commit, machine and data set, also those of later extensions
+provenance.json   versions, commit, machine and data set, also those of later resumptions, extensions
 statistics.json   mean and deviation of the data's observations, needed to standardise
 metrics.jsonl     training metrics (`pigbench.training.metrics`), for trackers' files too
 films/STEP/       films of an evaluation, if requested
@@ -11,6 +11,7 @@ checkpoints/      training states
 """
 
 import dataclasses
+import operator
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -19,7 +20,7 @@ import numpy as np
 
 from pigbench.errors import UserError
 from pigbench.support import files
-from pigbench.support.compare import require_same
+from pigbench.support.compare import first_difference, require_same
 
 if TYPE_CHECKING:  # tables read runs without agents and JAX
     from pigbench.agents import AgentConfig, Statistics
@@ -31,6 +32,9 @@ NOISE = "noise"
 
 Keep = Literal["last", "best", "all"]
 """Checkpoints to keep: the last two, these and that of the best evaluation, or all."""
+
+_MAKING = "versions", "commit", "machine", "numerics"
+"""What of the provenance numbers may depend on."""
 
 _BEFORE: Mapping[str, Any] = {"goals": "state", "standardize": False}
 """Values of agents' configuration fields for runs from before the fields existed, where these may
@@ -173,6 +177,37 @@ def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
     extended = kept.get("extended", {}) | {str(longer.config.steps): provenance}
     files.write_json(longer.path / PROVENANCE_FILE, kept | {"extended": extended})
     _write_config(longer)
+
+
+def resume(run: Run, provenance: Mapping[str, Any], *, step: int) -> str | None:
+    """Notes what a run goes on with after `step` updates, if it is not what it was trained with.
+
+    Returns the first difference, in words; None if all is as before, or the run is at its end.
+    """
+    if run.is_trained:
+        return None
+    path = run.path / PROVENANCE_FILE
+    kept = files.read_json(path) if path.exists() else {}
+    difference = first_difference(_making(_last(kept)), _making(provenance))
+    if difference is None:
+        return None
+    resumed = kept.get("resumed", {}) | {str(step): provenance}
+    files.write_json(path, kept | {"resumed": resumed})
+    name, before, now = difference
+    return f"{name} was {before!r} and is {now!r}"
+
+
+def _last(kept: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Of all that a run's provenance tells, what it was last trained with."""
+    later = [
+        *((int(step), one) for step, one in kept.get("resumed", {}).items()),
+        *((one["from_steps"], one) for one in kept.get("extended", {}).values()),
+    ]
+    return max(later, key=operator.itemgetter(0), default=(0, kept))[1]
+
+
+def _making(provenance: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: provenance[name] for name in _MAKING if name in provenance}
 
 
 def _require_own(path: Path) -> None:
