@@ -122,6 +122,11 @@ class Train:
         statistics = Statistics.of(rows.observations)
         agent = agent_for(env, self.method, self.agent_config, statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
+        layout = Layout.over_all(
+            seeds=len(groups[0]),
+            batch_size=self.agent_config.batch_size,
+            data_parallel=self.data_parallel,
+        )
         for group in groups:
             with contextlib.ExitStack() as stack:
                 for folder in group:
@@ -130,16 +135,9 @@ class Train:
                     open_run(folder, self.config(data, seed), origin, statistics)
                     for folder, seed in group.items()
                 ]
-                # What is trained already is not begun anew with those that are not.
-                left = [run for run in runs if not run.is_trained] or runs
-                _note_resumed(left, origin)
-                layout = Layout.over_all(
-                    seeds=len(left),
-                    batch_size=self.agent_config.batch_size,
-                    data_parallel=self.data_parallel,
-                )
+                _note_resumed(runs, origin)
                 states = train(
-                    left,
+                    runs,
                     agent,
                     rows,
                     env,

@@ -123,20 +123,24 @@ class Run:
 
 
 def common_step(runs: Sequence[Run]) -> int | None:
-    """The last step of which all runs have a checkpoint, and go on together; None to begin at 0.
+    """The last step of which all runs have a checkpoint, to go on from together; None to begin.
 
-    Raises UserError if they have none in common, and some would lose theirs by beginning anew.
+    Raises UserError if they have none in common, and some would be trained anew from the beginning.
     """
     saved = [run.saved_steps() for run in runs]
     shared = set.intersection(*saved)
-    if not shared and any(max(steps, default=0) > 0 for steps in saved):
-        far = {
-            run.config.seed: max(steps, default=0) for run, steps in zip(runs, saved, strict=True)
-        }
-        told = ", ".join(f"{seed} (step {step:,})" for seed, step in far.items())
+    last = [max(steps, default=0) for steps in saved]
+    if not shared and any(last):
+        apart: dict[int, list[str]] = {}
+        for run, step in zip(runs, last, strict=True):
+            if not run.is_trained:
+                apart.setdefault(step, []).append(str(run.config.seed))
+        seeds = " and ".join(f"--seeds {' '.join(group)}" for group in apart.values())
+        reached = ", ".join(
+            f"{run.config.seed} (step {step:,})" for run, step in zip(runs, last, strict=True)
+        )
         raise UserError(
-            f"seeds {told} have no checkpoint in common: train those that are equally far together "
-            "first, each group with its own --seeds"
+            f"seeds {reached} have no checkpoint in common to go on from together: ask for {seeds}"
         )
     return max(shared, default=None)
 
