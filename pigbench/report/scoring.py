@@ -159,7 +159,11 @@ def differences(results: Sequence[Result], scoring: Scoring) -> list[str]:
 def _evaluation(results: Sequence[Result], scoring: Scoring) -> dict[str, str]:
     values = stats.evaluation(results[0], _steps(results, scoring))
     values = {"last step": [results[0].last_step]} | values
-    return {name: " and ".join(f"{one:,}" for one in several) for name, several in values.items()}
+    return {name: " and ".join(map(_text, several)) for name, several in values.items()}
+
+
+def _text(value: int | str) -> str:
+    return value if isinstance(value, str) else f"{value:,}"
 
 
 def _by_value(evaluations: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, list[str]]]:

@@ -137,7 +137,7 @@ def _kept(path: Path) -> Any:
     return files.read_json(path) if path.exists() else None
 
 
-def _success(trained: Trained) -> dict[str, float] | None:
+def _success(trained: Trained) -> dict[str, Any] | None:
     """The success rate over this checkpoint's evaluation episodes; None if there are none."""
     path, step = trained.run.episodes_path, int(trained.state.step)
     rows = [row for row in episodes.read(path) if row.step == step] if path.exists() else []
@@ -146,6 +146,7 @@ def _success(trained: Trained) -> dict[str, float] | None:
     return {
         "rate": float(np.mean([row.measures["success"] for row in rows])),
         "episodes": len(rows),
+        "engine": rows[0].engine or trained.run.config.engine,
     }
 
 
@@ -179,7 +180,8 @@ def _card(trained: Trained, about: Mapping[str, Any], license: str) -> str:
             {
                 "method": config.label,
                 "environment": f"{config.environment}, physics profile {config.physics}",
-                "success": f"{success['rate']:.1%} of {success['episodes']} evaluation episodes"
+                "success": f"{success['rate']:.1%} of {success['episodes']} evaluation episodes "
+                f"(engine {success['engine']})"
                 if success
                 else "not evaluated",
                 "updates": f"{about['step']:,}, seed {config.seed}, preset {config.preset}",

@@ -75,6 +75,11 @@ class RunConfig:
         return self.agent.get("goals", _BEFORE["goals"])
 
     @property
+    def engine(self) -> str | None:
+        """The physics engine of the run's own evaluations."""
+        return self.evaluation.get("engine")
+
+    @property
     def label(self) -> str:
         """The method's name in tables and plots, with the variant if it has one."""
         return f"{self.method} ({self.variant})" if self.variant else self.method
