@@ -20,7 +20,7 @@ import gymnasium
 import numpy as np
 
 from pigbench.data.dataset import Dataset, Split
-from pigbench.support import files
+from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.support.progress import Progress
 
@@ -40,7 +40,7 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
     splits = {identify(dataset, name): dataset.split(name) for name in _ENDINGS if name in held}
     total = sum(split.rows for split in splits.values())
     with (
-        files.replacing_folder(path) as new,
+        lock.replacing_folder(path) as new,
         Progress("export", total=total, unit="rows") as progress,
     ):
         for identity, split in splits.items():

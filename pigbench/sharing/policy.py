@@ -22,7 +22,7 @@ from pigbench.data.dataset import sizes
 from pigbench.errors import UserError
 from pigbench.settings import jax_defaults
 from pigbench.sharing import card
-from pigbench.support import files
+from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.training import episodes
 from pigbench.training.provenance import package_versions
@@ -66,7 +66,7 @@ def write(folder: Path, trained: Trained, *, license: str = card.LICENSE) -> Non
     _require_own(folder)
     parameters = by_path(jax.device_get(trained.state.acting))
     about = describe(trained)
-    with files.replacing_folder(folder) as new:
+    with lock.replacing_folder(folder) as new:
         files.write_bytes(new / PARAMETERS_FILE, safetensors.save(parameters))
         files.write_bytes(new / ACT_FILE, serialize(trained.agent, trained.state.acting))
         files.write_json(new / CONFIG_FILE, about)
@@ -153,7 +153,7 @@ def _success(trained: Trained) -> dict[str, Any] | None:
 def _require_own(folder: Path) -> None:
     if not folder.exists() or (folder / CONFIG_FILE).exists():
         return
-    if not folder.is_dir() or any(folder.iterdir()):
+    if not folder.is_dir() or files.entries(folder):
         raise UserError(f"{folder} is not an empty folder and holds no policy; choose another")
 
 

@@ -1,4 +1,10 @@
-"""One writer at a time: a lock on a folder, which the system releases when its process ends."""
+"""One writer at a time: a lock, which the system releases when its process ends.
+
+The lock is on a file opened for writing, because only that is locked for all machines on a network
+file system: NFS has no locks on folders. The file is in the locked folder, so it is the same however
+the folder is reached or mounted, and does not count as its content (`files.entries`). The writer
+removes it at the end. One that a killed process left is locked by nobody and does no harm.
+"""
 
 import contextlib
 import fcntl
@@ -11,7 +17,7 @@ from pigbench.errors import UserError
 from pigbench.support import files
 
 _TRIES, _PAUSE_SECONDS = 5, 0.02
-"""A writer retries, because `is_held` locks a folder for a moment."""
+"""A writer retries, because `is_held` takes the lock for a moment."""
 
 
 @contextlib.contextmanager
@@ -21,39 +27,63 @@ def only_writer(folder: Path) -> Iterator[None]:
     Raises UserError if another process holds it, or if it cannot be written.
     """
     files.make_folder(folder)
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        if not _take_patiently(descriptor):
-            raise UserError(
-                f"{folder} is being written by another process: wait until it has ended"
-            )
+    with _holding(folder, folder / files.LOCK):
         yield
-    finally:
-        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def replacing_folder(path: Path) -> Iterator[Path]:
+    """`files.replacing_folder`, held like one of `only_writer`: for all but parts of such a one."""
+    files.make_folder(path.parent)
+    beside = path.with_name(f".{path.name}{files.LOCK}")  # within, it would be replaced too
+    with _holding(path, beside):
+        if is_held(path):
+            raise _held(path)
+        with files.replacing_folder(path) as new:
+            yield new
 
 
 def is_held(folder: Path) -> bool:
     """Whether a process holds the folder as its `only_writer`."""
-    if not folder.is_dir():
-        return False
-    descriptor = os.open(folder, os.O_RDONLY)
     try:
-        return not _take(descriptor, fcntl.LOCK_SH)
+        descriptor = os.open(folder / files.LOCK, os.O_RDONLY)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
     finally:
         os.close(descriptor)
-
-
-def _take_patiently(descriptor: int) -> bool:
-    for _ in range(_TRIES):
-        if _take(descriptor, fcntl.LOCK_EX):
-            return True
-        time.sleep(_PAUSE_SECONDS)
     return False
 
 
-def _take(descriptor: int, kind: int) -> bool:
+@contextlib.contextmanager
+def _holding(path: Path, lock: Path) -> Iterator[None]:
+    """Holds `path` by its lock."""
     try:
-        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
+        descriptor = _take_patiently(lock)
+    except OSError as error:  # another user's file, or a file system without locks
+        raise UserError(f"{path} cannot be locked: {error.strerror} for {lock}") from None
+    if descriptor is None:
+        raise _held(path)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            lock.unlink()  # while it is held: whoever waits for it finds that it is gone
+        os.close(descriptor)
+
+
+def _take_patiently(lock: Path) -> int | None:
+    for _ in range(_TRIES):
+        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+        if files.take(descriptor, lock):
+            return descriptor
+        os.close(descriptor)
+        time.sleep(_PAUSE_SECONDS)
+    return None
+
+
+def _held(path: Path) -> UserError:
+    return UserError(f"{path} is being written by another process: wait until it has ended")

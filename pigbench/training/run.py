@@ -222,8 +222,8 @@ def _making(provenance: Mapping[str, Any]) -> dict[str, Any]:
 def _require_own(path: Path) -> None:
     """Raise UserError if the folder contains more than a run interrupted as it began."""
     begun = [path / name for name in (CONFIG_FILE, PROVENANCE_FILE, STATISTICS_FILE)]
-    own = {*begun, *map(files.temporary_path, begun)}
-    if path.is_dir() and not own.issuperset(path.iterdir()):
+    own = {own.name for one in begun for own in (one, files.temporary_path(one))}
+    if path.is_dir() and not files.entries(path) <= own:
         raise UserError(f"{path} is not an empty folder and holds no run; choose another")
 
 
