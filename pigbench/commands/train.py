@@ -184,9 +184,9 @@ class Train:
 
 
 def _note_resumed(runs: Sequence[Run], origin: Mapping[str, Any]) -> None:
-    """Keep with what else than before runs are resumed, if they are, and say it."""
+    """Record and print what runs are resumed with, if it differs from before."""
     step = common_step(runs) or 0
     for run in runs:
         change = resume(run, origin, step=step)
         if change is not None:
-            print(f"{run.path} is resumed at step {step:,}, but {change}; provenance.json tells")
+            print(f"{run.path} is resumed at step {step:,}, but {change}; provenance.json has both")

@@ -144,10 +144,10 @@ class Manifest:
 
 
 def remaining(folder: Path) -> str | None:
-    """What the data set in `folder` lacks, in words; None of a complete one.
+    """What is left to do on the data set in `folder`, in words; None if it is complete.
 
-    A journal that a kill left behind is something: until it is in the manifest, whose bytes are
-    the digest of all, that does not tell of all shards. Raises as `read`.
+    A journal left by a kill is not complete: the manifest, whose bytes give the digest, does not
+    list all shards yet. Raises UserError as `read` does.
     """
     manifest = read(folder)
     if missing := manifest.missing():

@@ -24,7 +24,7 @@ _DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
 _SEAL = "checksum"
 
 LOCK = ".lock"
-"""The file in a folder by which a process holds it (`pigbench.support.lock`)."""
+"""The file in a folder that its writer locks (`pigbench.support.lock`)."""
 
 
 def temporary_path(path: Path) -> Path:
@@ -57,7 +57,7 @@ def nearest(path: Path) -> Path:
 
 
 def entries(folder: Path) -> set[str]:
-    """The names of what the folder holds: all but the lock of whoever writes it."""
+    """The names in the folder, except that of a writer's lock."""
     return {path.name for path in folder.iterdir()} - {LOCK}
 
 

@@ -1,9 +1,9 @@
 """One writer at a time: a lock, which the system releases when its process ends.
 
-The lock is on a file opened for writing, because only that is locked for all machines on a network
-file system: NFS has no locks on folders. The file is in the locked folder, so it is the same however
-the folder is reached or mounted, and does not count as its content (`files.entries`). The writer
-removes it at the end. One that a killed process left is locked by nobody and does no harm.
+The lock is on a file opened for writing, because NFS has no locks on folders: only that is locked
+for all machines. The file is in the locked folder, so it is the same however the folder is reached
+or mounted. It does not count as content of the folder (`files.entries`), and the writer removes it
+at the end. One that a killed process left is locked by nobody and does no harm.
 """
 
 import contextlib
@@ -33,7 +33,10 @@ def only_writer(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """`files.replacing_folder`, held like one of `only_writer`: for all but parts of such a one."""
+    """As `files.replacing_folder`, for one process at a time.
+
+    Raises UserError if another process replaces or holds `path`, or if it cannot be written.
+    """
     files.make_folder(path.parent)
     beside = path.with_name(f".{path.name}{files.LOCK}")  # within, it would be replaced too
     with _holding(path, beside):
@@ -60,7 +63,7 @@ def is_held(folder: Path) -> bool:
 
 @contextlib.contextmanager
 def _holding(path: Path, lock: Path) -> Iterator[None]:
-    """Holds `path` by its lock."""
+    """Hold `path` by the file `lock`."""
     try:
         descriptor = _take_patiently(lock)
     except OSError as error:  # another user's file, or a file system without locks
@@ -71,7 +74,7 @@ def _holding(path: Path, lock: Path) -> Iterator[None]:
         yield
     finally:
         with contextlib.suppress(OSError):
-            lock.unlink()  # while it is held: whoever waits for it finds that it is gone
+            lock.unlink()  # before releasing it: who waits for it sees that it is gone
         os.close(descriptor)
 
 

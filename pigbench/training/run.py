@@ -1,7 +1,7 @@
 """A run's folder: one training run of one method, with all that is needed to trust and repeat it.
 
 config.json       the configuration, which identifies the run
-provenance.json   versions, commit, machine and data set, also those of later resumptions, extensions
+provenance.json   versions, commit, machine and data set, also when resumed with others or extended
 statistics.json   mean and deviation of the data's observations, needed to standardise
 metrics.jsonl     training metrics (`pigbench.training.metrics`), for trackers' files too
 films/STEP/       films of an evaluation, if requested
@@ -34,7 +34,7 @@ Keep = Literal["last", "best", "all"]
 """Checkpoints to keep: the last two, these and that of the best evaluation, or all."""
 
 _MAKING = "versions", "commit", "machine", "numerics"
-"""What of the provenance numbers may depend on."""
+"""The parts of the provenance that results may depend on."""
 
 _BEFORE: Mapping[str, Any] = {"goals": "state", "standardize": False}
 """Values of agents' configuration fields for runs from before the fields existed, where these may
@@ -123,14 +123,14 @@ class Run:
 
     @property
     def is_trained(self) -> bool:
-        """Whether its training has come to its end: what it saves last is there."""
+        """Whether the training is finished: its last checkpoint exists."""
         return self.config.steps in self.saved_steps()
 
 
 def common_step(runs: Sequence[Run]) -> int | None:
-    """The last step of which all runs have a checkpoint, to go on from together; None to begin.
+    """The last step of which all runs have a checkpoint; None if none has one after step 0.
 
-    Raises UserError if they have none in common, and some would be trained anew from the beginning.
+    Raises UserError if they have no step in common: some would be trained again from the start.
     """
     saved = [run.saved_steps() for run in runs]
     shared = set.intersection(*saved)
@@ -189,9 +189,9 @@ def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
 
 
 def resume(run: Run, provenance: Mapping[str, Any], *, step: int) -> str | None:
-    """Notes what a run goes on with after `step` updates, if it is not what it was trained with.
+    """Record what a run is resumed with after `step` updates, if it differs from before.
 
-    Returns the first difference, in words; None if all is as before, or the run is at its end.
+    Returns the first difference, in words; None if there is none, or if the run is finished.
     """
     if run.is_trained:
         return None
@@ -207,7 +207,7 @@ def resume(run: Run, provenance: Mapping[str, Any], *, step: int) -> str | None:
 
 
 def _last(kept: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Of all that a run's provenance tells, what it was last trained with."""
+    """The part of a run's provenance that it was last trained with."""
     later = [
         *((int(step), one) for step, one in kept.get("resumed", {}).items()),
         *((one["from_steps"], one) for one in kept.get("extended", {}).values()),
