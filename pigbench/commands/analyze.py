@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import tyro
 
+from pigbench import envs
 from pigbench.analysis import figure
 from pigbench.analysis.modes import MODES
 from pigbench.analysis.residuals import Residuals, by_mode, measure
@@ -61,7 +62,8 @@ class Analyze:
             raise UserError(f"samples is {self.samples}: it must be at least 1")
         out = self.out or self.run_folder / "analysis"
         files.require_folder(out)
-        run, env, agent, state = restore(self.run_folder)
+        # Nothing is simulated: any engine does, and this machine may lack the run's own.
+        run, env, agent, state = restore(self.run_folder, engine=envs.default_engine())
         data = dataset.load(self.data)
         dataset.check_layout(data, env.layout)
         rows = Rows.from_split(data.split("train"))

@@ -35,8 +35,8 @@ class Evaluate:
     """Episodes per task."""
     seed: Seed = Evaluation.seed
     """Seed of the scenes and of the policy's random draws."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine."""
+    engine: str | None = None
+    """Physics engine, by default that of the run's own evaluations. Each episode's is recorded."""
     replace: bool = False
     """Allow fewer episodes to replace more."""
     noise: tuple[float, ...] = ()
@@ -65,14 +65,14 @@ class Evaluate:
         estimate = dataclasses.replace(reality.estimate, position_noise=level / 1000)
         return envs.make(
             config.environment,
-            engine=self.engine,
+            engine=trained.env.backend,
             profile=config.physics,
             reality=dataclasses.replace(reality, estimate=estimate),
         )
 
     def _evaluate(self, trained: Trained, env: "envs.CubeEnv", path: Path) -> None:
         evaluation, step = Evaluation(self.episodes, self.seed), int(trained.state.step)
-        self._check_replaced(path, step=step, count=self.episodes * env.num_tasks)
+        self._check_replaced(path, trained, count=self.episodes * env.num_tasks)
         evaluate = make_evaluator(env, trained.agent, evaluation)
         with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
             outcome = evaluate(trained.state.acting, progress.reach)
@@ -81,19 +81,21 @@ class Evaluate:
             print(f"{task.name:28} {successes.sum():3d} of {self.episodes}")
         print(f"{'all tasks':28} {100 * outcome['success'].mean():.1f} %")
 
-    def _check_replaced(self, path: Path, *, step: int, count: int) -> None:
+    def _check_replaced(self, path: Path, trained: Trained, *, count: int) -> None:
         """Print how many episodes `count` new ones replace.
 
         Raises UserError if they are more than `count`, unless `replace` is set.
         """
+        step = int(trained.state.step)
         recorded = episodes.read(path) if path.exists() else []
-        seeds = [episode.seed for episode in recorded if episode.step == step]
-        if not seeds:
+        old = [episode for episode in recorded if episode.step == step]
+        if not old:
             return
+        engine = old[0].engine or trained.run.config.engine
         what = (
-            f"the {len(seeds)} episodes of step {step:,} (seed {seeds[0]}) by {count} "
-            f"(seed {self.seed})"
+            f"the {len(old)} episodes of step {step:,} (seed {old[0].seed}, {engine}) by {count} "
+            f"(seed {self.seed}, {trained.env.backend})"
         )
-        if count < len(seeds) and not self.replace:
+        if count < len(old) and not self.replace:
             raise UserError(f"this would replace {what}: add --replace to allow it")
         print(f"replacing {what}")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import tyro
 
+from pigbench import envs
 from pigbench.sharing import card, policy
 from pigbench.support import files
 from pigbench.training.restore import restore
@@ -30,6 +31,7 @@ class Export:
     def run(self) -> None:
         """Write the folder."""
         files.require_folder(self.out)
-        trained = restore(self.run_folder, checkpoint=self.checkpoint)
+        # Nothing is simulated: any engine does, and this machine may lack the run's own.
+        trained = restore(self.run_folder, engine=envs.default_engine(), checkpoint=self.checkpoint)
         policy.write(self.out, trained, license=self.license)
         print(f"{self.out} contains the policy after {int(trained.state.step):,} updates")

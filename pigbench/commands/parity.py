@@ -142,8 +142,8 @@ class ParityPolicy:
     """Pairs of episodes per task."""
     seed: Seed = Evaluation.seed
     """Seed of the scenes and of the policy's random draws."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine."""
+    engine: str | None = None
+    """Physics engine, by default that of the run's own evaluations."""
     json: Path | None = None
     """File for the result as JSON, with the machine and versions."""
 
@@ -167,9 +167,9 @@ class ParityPolicy:
         print(
             f"\nPairs of episodes, and success in each simulator: {run.config.label}, "
             f"{int(state.step):,} updates, {run.config.environment}; physics: "
-            f"{run.config.physics}. The test is exact."
+            f"{run.config.physics}, engine {env.backend}. The test is exact."
         )
-        _save(self.json, self, {"pairs": table})
+        _save(self.json, dataclasses.replace(self, engine=env.backend), {"pairs": table})
 
 
 def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Recording]:

@@ -55,8 +55,8 @@ class Render:
     """Policy of a run: last, best, or that of a training step."""
     seed: Seed = Evaluation.seed
     """Seed of the scene, or of the evaluation."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine."""
+    engine: str | None = None
+    """Physics engine, by default that of the run's own evaluations, or what suits this machine."""
     size: Size = dataclasses.field(default_factory=Size)
     """Size of the picture."""
 

@@ -4,9 +4,10 @@ import argparse
 import contextlib
 import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from shlex import quote
+from typing import Any
 
 import jax
 import tyro
@@ -24,7 +25,7 @@ from pigbench.training.evaluate import Evaluation
 from pigbench.training.layout import Layout
 from pigbench.training.provenance import provenance
 from pigbench.training.restore import agent_for
-from pigbench.training.run import Keep, RunConfig, open_run
+from pigbench.training.run import Keep, Run, RunConfig, common_step, open_run, resume
 from pigbench.training.train import Schedule, train
 
 
@@ -134,6 +135,7 @@ class Train:
                     open_run(folder, self.config(data, seed), origin, statistics)
                     for folder, seed in group.items()
                 ]
+                _note_resumed(runs, origin)
                 states = train(
                     runs,
                     agent,
@@ -179,3 +181,12 @@ class Train:
             | {"every": self.evaluate_every, "engine": self.engine},
             variant=self.variant,
         )
+
+
+def _note_resumed(runs: Sequence[Run], origin: Mapping[str, Any]) -> None:
+    """Record and print what runs are resumed with, if it differs from before."""
+    step = common_step(runs) or 0
+    for run in runs:
+        change = resume(run, origin, step=step)
+        if change is not None:
+            print(f"{run.path} is resumed at step {step:,}, but {change}; provenance.json has both")

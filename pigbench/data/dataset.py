@@ -13,7 +13,7 @@ from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError, lookup
 from pigbench.support import files
 
-_REPEAT = "run the same `pigbench generate` again (or `pigbench data import`)"
+_REPEAT = "run the same `pigbench generate` again (or `pigbench data import`, or `data filter`)"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,11 +37,15 @@ class Split:
             return np.flatnonzero(self.concatenate("terminals"))
         return np.arange(length, self.rows + 1, length) - 1
 
-    def shards(self, field: str) -> list[np.ndarray]:
-        """The field of each shard, memory-mapped and read-only."""
+    def shard(self, record: ShardRecord, field: str) -> np.ndarray:
+        """The field of one shard, memory-mapped and read-only: an open file as long as it lives."""
         lookup("field", dict.fromkeys(self.spec.fields), field)
-        files.allow_many_open()  # Python keeps a file open for each mapping
-        return [shard.read(self.folder, record, field) for record in self.records]
+        return shard.read(self.folder, record, field)
+
+    def shards(self, field: str) -> list[np.ndarray]:
+        """The field of every shard at once, each as by `shard`."""
+        files.allow_many_open()
+        return [self.shard(record, field) for record in self.records]
 
     def mapped(self, field: str) -> MappedArray:
         """The field of all shards, (rows, ...), of which only the requested rows are read."""
@@ -50,8 +54,8 @@ class Split:
 
     def shard_episodes(self, record: ShardRecord, *fields: str) -> Iterator[dict[str, np.ndarray]]:
         """Yield the fields of each episode of a shard of the split, memory-mapped."""
-        arrays = {field: shard.read(self.folder, record, field) for field in fields}
-        ends = np.flatnonzero(shard.read(self.folder, record, "terminals")) + 1
+        arrays = {field: self.shard(record, field) for field in fields}
+        ends = np.flatnonzero(self.shard(record, "terminals")) + 1
         for start, stop in itertools.pairwise([0, *ends]):
             yield {field: array[start:stop] for field, array in arrays.items()}
 
@@ -103,13 +107,10 @@ def load(folder: Path) -> Dataset:
     Raises UserError if there is none, if it is unfinished, or if a file is missing or of the wrong
     size. `verify` checks the content too.
     """
+    remaining = manifest.remaining(folder)
+    if remaining is not None:
+        raise UserError(f"{folder} is unfinished: {remaining}; {_REPEAT} to finish it")
     content = manifest.read(folder)
-    missing = content.missing()
-    if missing:
-        raise UserError(
-            f"{folder} is unfinished: {len(missing)} of {len(content.spec.plan())} shards are "
-            f"missing; {_REPEAT} to finish it"
-        )
     for record in content.shards:
         for path, problem in shard.file_problems(folder, record):
             raise UserError(f"{path} {problem}; {_REPEAT} to mend it")
@@ -123,6 +124,8 @@ def verify(folder: Path) -> list[str]:
     """
     content = manifest.read(folder)
     unfinished = [f"{folder / part.name} is missing" for part in content.missing()]
+    if not unfinished and (remaining := manifest.remaining(folder)):
+        unfinished = [f"{folder} is unfinished: {remaining}"]
     found = itertools.chain.from_iterable(
         _shard_problems(folder, content.spec, record) for record in content.shards
     )

@@ -153,14 +153,14 @@ def _judge(
     limits: Limits,
 ) -> Iterator[Judged]:
     """Judge the episodes of one shard."""
-    observations = split.shards("observations")[number]
-    ends = np.flatnonzero(split.shards("terminals")[number]) + 1
+    record = split.records[number]
+    observations = split.shard(record, "observations")
+    ends = np.flatnonzero(split.shard(record, "terminals")) + 1
     for start, stop in itertools.pairwise([0, *map(int, ends)]):
         episode = quality.episode(np.asarray(observations[start:stop]), layout, goal)
         measures = quality.measure(episode, limits)
         fails = (name for name in criteria if not CRITERIA[name].good(measures[name], limits))
-        name = split.records[number].split
-        yield Judged(name, number, start, stop, measures, tuple(fails))
+        yield Judged(record.split, number, start, stop, measures, tuple(fails))
 
 
 def _spec(
@@ -195,7 +195,8 @@ def _ordered(parts: Mapping[tuple[str, int], list[Judged]]) -> list[list[Judged]
 def _rows(split: Split, episodes: Collection[Judged], spec: Spec) -> dict[str, np.ndarray]:
     (number,) = {one.shard for one in episodes}
     taken = np.concatenate([np.arange(one.start, one.stop) for one in episodes])
-    return {field: split.shards(field)[number][taken] for field in spec.fields}
+    record = split.records[number]
+    return {field: split.shard(record, field)[taken] for field in spec.fields}
 
 
 def _number(value: float) -> float | None:

@@ -20,7 +20,7 @@ import numpy as np
 from pigbench.data.dataset import Dataset, Split
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.errors import UserError
-from pigbench.support import files
+from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.support.progress import Progress
 
@@ -49,7 +49,7 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
     task = f"{dataset.spec.policy} data of {dataset.spec.environment}: any state may be the goal"
     records: list[dict[str, Any]] = []
     with (
-        files.replacing_folder(path) as new,
+        lock.replacing_folder(path) as new,
         Progress("export", total=total, unit="frames") as progress,
     ):
         for number, shard in enumerate(itertools.chain.from_iterable(map(_shards, splits))):

@@ -143,6 +143,20 @@ class Manifest:
         )
 
 
+def remaining(folder: Path) -> str | None:
+    """What is left to do on the data set in `folder`, in words; None if it is complete.
+
+    A journal left by a kill is not complete: the manifest, whose bytes give the digest, does not
+    list all shards yet. Raises UserError as `read` does.
+    """
+    manifest = read(folder)
+    if missing := manifest.missing():
+        return f"{len(missing)} of {len(manifest.spec.plan())} shards are missing"
+    if (folder / JOURNAL).exists():
+        return f"{JOURNAL} is still to be taken into {FILE_NAME}"
+    return None
+
+
 def write(folder: Path, manifest: Manifest) -> None:
     """Replace the manifest of the data set in `folder`, and remove the journal."""
     content = {"format": FORMAT, **dataclasses.asdict(manifest)}

@@ -9,6 +9,7 @@ pigbench/cube-single-play-v0/data/0/metadata.json    its number and length
 Rewards are 0, since episodes have no goal; they end by truncation.
 """
 
+import itertools
 import json
 import re
 from collections.abc import Mapping
@@ -19,7 +20,7 @@ import gymnasium
 import numpy as np
 
 from pigbench.data.dataset import Dataset, Split
-from pigbench.support import files
+from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.support.progress import Progress
 
@@ -39,7 +40,7 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
     splits = {identify(dataset, name): dataset.split(name) for name in _ENDINGS if name in held}
     total = sum(split.rows for split in splits.values())
     with (
-        files.replacing_folder(path) as new,
+        lock.replacing_folder(path) as new,
         Progress("export", total=total, unit="rows") as progress,
     ):
         for identity, split in splits.items():
@@ -55,24 +56,20 @@ def identify(dataset: Dataset, split: str) -> str:
 
 
 def _write_split(folder: Path, identity: str, split: Split, progress: Progress) -> None:
-    episodes = [
-        episode
-        for record in split.records
-        for episode in split.shard_episodes(record, "observations", "actions")
-    ]
-    size = 0
-    for number, episode in enumerate(episodes):
+    shards = (split.shard_episodes(one, "observations", "actions") for one in split.records)
+    count = size = 0
+    for number, episode in enumerate(itertools.chain.from_iterable(shards)):
         own = folder / str(number)
         own.mkdir(parents=True)
         _write_episode(own / "part-0.arrow", episode)
         rows = len(episode["observations"])
         about = json.dumps({"id": number, "total_steps": rows - 1})
         (own / "metadata.json").write_text(about, encoding="utf-8")
-        size += (own / "part-0.arrow").stat().st_size
+        count, size = number + 1, size + (own / "part-0.arrow").stat().st_size
         progress.advance(rows)
     about = _metadata(identity, split) | {
-        "total_episodes": len(episodes),
-        "total_steps": split.rows - len(episodes),
+        "total_episodes": count,
+        "total_steps": split.rows - count,
         "dataset_size": round(size / 1e6, 1),  # MB
     }
     files.write_json(folder / "metadata.json", about)

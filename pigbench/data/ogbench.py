@@ -156,14 +156,13 @@ def _columns(dataset: Dataset, goals: str) -> Columns:
 def _write_file(path: Path, split: Split, columns: Columns, progress: Progress) -> None:
     with files.replacing_file(path) as file, zipfile.ZipFile(file, "w") as archive:
         for name, (field, make) in columns.items():
-            arrays = split.shards(field)
-            first = make(arrays[0])
+            first = make(split.shard(split.records[0], field))
             header = np.lib.format.header_data_from_array_1_0(first)
             header["shape"] = (split.rows, *first.shape[1:])
             with archive.open(shard.file_name(name), "w", force_zip64=True) as member:
                 np.lib.format.write_array_header_1_0(member, header)
-                for array in arrays:
-                    member.write(make(array).data)
+                for record in split.records:
+                    member.write(make(split.shard(record, field)).data)
                     progress.advance(1, path.name)
 
 

@@ -52,8 +52,8 @@ def _is_begun(folder: Path) -> bool:
 
 
 def _begin(folder: Path, spec: Spec) -> Manifest:
-    own = {files.temporary_path(folder / manifest.FILE_NAME)}
-    if folder.exists() and not (folder.is_dir() and own.issuperset(folder.iterdir())):
+    own = {files.temporary_path(folder / manifest.FILE_NAME).name}
+    if folder.exists() and not (folder.is_dir() and files.entries(folder) <= own):
         raise UserError(f"{folder} is not an empty folder and holds no data set; choose another")
     files.make_folder(folder)
     begun = Manifest(spec)

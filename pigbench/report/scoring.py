@@ -173,8 +173,8 @@ def differences(cells: Cells, scoring: Scoring) -> list[str]:
     ]
 
 
-def _listed(numbers: Sequence[int]) -> str:
-    return " and ".join(f"{number:,}" for number in numbers)
+def _listed(values: Sequence[int | str]) -> str:
+    return " and ".join(one if isinstance(one, str) else f"{one:,}" for one in values)
 
 
 def _tasks(results: Sequence[Result]) -> list[Task]:

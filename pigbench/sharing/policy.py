@@ -22,7 +22,7 @@ from pigbench.data.dataset import sizes
 from pigbench.errors import UserError
 from pigbench.settings import jax_defaults
 from pigbench.sharing import card
-from pigbench.support import files
+from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.training import episodes
 from pigbench.training.provenance import package_versions
@@ -66,7 +66,7 @@ def write(folder: Path, trained: Trained, *, license: str = card.LICENSE) -> Non
     _require_own(folder)
     parameters = by_path(jax.device_get(trained.state.acting))
     about = describe(trained)
-    with files.replacing_folder(folder) as new:
+    with lock.replacing_folder(folder) as new:
         files.write_bytes(new / PARAMETERS_FILE, safetensors.save(parameters))
         files.write_bytes(new / ACT_FILE, serialize(trained.agent, trained.state.acting))
         files.write_json(new / CONFIG_FILE, about)
@@ -137,7 +137,7 @@ def _kept(path: Path) -> Any:
     return files.read_json(path) if path.exists() else None
 
 
-def _success(trained: Trained) -> dict[str, float] | None:
+def _success(trained: Trained) -> dict[str, Any] | None:
     """The success rate over this checkpoint's evaluation episodes; None if there are none."""
     path, step = trained.run.episodes_path, int(trained.state.step)
     rows = [row for row in episodes.read(path) if row.step == step] if path.exists() else []
@@ -146,13 +146,14 @@ def _success(trained: Trained) -> dict[str, float] | None:
     return {
         "rate": float(np.mean([row.measures["success"] for row in rows])),
         "episodes": len(rows),
+        "engine": rows[0].engine or trained.run.config.engine,
     }
 
 
 def _require_own(folder: Path) -> None:
     if not folder.exists() or (folder / CONFIG_FILE).exists():
         return
-    if not folder.is_dir() or any(folder.iterdir()):
+    if not folder.is_dir() or files.entries(folder):
         raise UserError(f"{folder} is not an empty folder and holds no policy; choose another")
 
 
@@ -179,7 +180,8 @@ def _card(trained: Trained, about: Mapping[str, Any], license: str) -> str:
             {
                 "method": config.label,
                 "environment": f"{config.environment}, physics profile {config.physics}",
-                "success": f"{success['rate']:.1%} of {success['episodes']} evaluation episodes"
+                "success": f"{success['rate']:.1%} of {success['episodes']} evaluation episodes "
+                f"(engine {success['engine']})"
                 if success
                 else "not evaluated",
                 "updates": f"{about['step']:,}, seed {config.seed}, preset {config.preset}",

@@ -60,7 +60,7 @@ def untried(suite: Suite, cell: Cell, out: Path) -> list[float]:
 def is_complete(folder: Path) -> bool:
     """Whether the folder contains a complete data set."""
     try:
-        return not manifest.read(folder).missing()
+        return manifest.remaining(folder) is None
     except UserError:
         return False
 

@@ -1,7 +1,8 @@
 """Files and folders that are complete or not there at all.
 
 A crash at any moment leaves the old content or the new, never a mixture: content is written under a
-temporary name beside its path, synced to disk, and renamed. Only one writer per path at a time.
+temporary name beside its path, synced to disk, and renamed. Only one writer per file at a time; for
+folders see `pigbench.support.lock`.
 """
 
 import contextlib
@@ -21,6 +22,9 @@ from pigbench.errors import BusyError, UserError
 
 _DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
 _SEAL = "checksum"
+
+LOCK = ".lock"
+"""The file in a folder that its writer locks (`pigbench.support.lock`)."""
 
 
 def temporary_path(path: Path) -> Path:
@@ -52,6 +56,11 @@ def nearest(path: Path) -> Path:
     return next(place for place in (path, *path.absolute().parents) if os.path.lexists(place))
 
 
+def entries(folder: Path) -> set[str]:
+    """The names in the folder, except that of a writer's lock."""
+    return {path.name for path in folder.iterdir()} - {LOCK}
+
+
 def require_folder(path: Path) -> None:
     """Raise UserError unless files can be written in the folder `path`; it need not exist yet.
 
@@ -69,7 +78,7 @@ def require_folder(path: Path) -> None:
 def require_new_folder(path: Path) -> None:
     """Like `require_folder`; also raises UserError if the folder is not empty."""
     require_folder(path)
-    if path.is_dir() and any(path.iterdir()):
+    if path.is_dir() and entries(path):
         raise UserError(f"{path} is not an empty folder; choose another")
 
 
@@ -119,14 +128,14 @@ def _opened_alone(path: Path) -> Iterator[BinaryIO]:
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
     with open(descriptor, "wb") as file:
-        if not _is_locked(descriptor, path):
+        if not take(descriptor, path):
             raise BusyError(f"{path} is being written by another process: wait until it has ended")
         file.truncate()
         yield file
 
 
-def _is_locked(descriptor: int, path: Path) -> bool:
-    """Whether this process holds the open file, and it is still `path` (not renamed meanwhile)."""
+def take(descriptor: int, path: Path) -> bool:
+    """Lock an open file, and tell whether it is locked and still `path` (not renamed, removed)."""
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         return os.path.samestat(os.fstat(descriptor), path.stat())
@@ -138,8 +147,8 @@ def _is_locked(descriptor: int, path: Path) -> bool:
 def replacing_folder(path: Path) -> Iterator[Path]:
     """An empty folder to fill with files; it replaces `path` like `replacing_file`.
 
-    The old content of `path` is removed first: a crash in between leaves nothing there. Parent
-    folders are made if need be.
+    Only for one process at a time, as `pigbench.support.lock` ensures. The old content of `path` is
+    removed first: a crash in between leaves nothing there. Parent folders are made if need be.
     """
     temporary = temporary_path(path)
     with explaining_full_disk(path):

@@ -1,4 +1,10 @@
-"""One writer at a time: a lock on a folder, which the system releases when its process ends."""
+"""One writer at a time: a lock, which the system releases when its process ends.
+
+The lock is on a file opened for writing, because NFS has no locks on folders: only that is locked
+for all machines. The file is in the locked folder, so it is the same however the folder is reached
+or mounted. It does not count as content of the folder (`files.entries`), and the writer removes it
+at the end. One that a killed process left is locked by nobody and does no harm.
+"""
 
 import contextlib
 import fcntl
@@ -7,11 +13,11 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from pigbench.errors import BusyError
+from pigbench.errors import BusyError, UserError
 from pigbench.support import files
 
 _TRIES, _PAUSE_SECONDS = 5, 0.02
-"""A writer retries, because `is_held` locks a folder for a moment."""
+"""A writer retries, because `is_held` takes the lock for a moment."""
 
 
 @contextlib.contextmanager
@@ -21,39 +27,67 @@ def only_writer(folder: Path) -> Iterator[None]:
     Raises BusyError if another process holds it, and UserError if it cannot be written.
     """
     files.make_folder(folder)
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        if not _take_patiently(descriptor):
-            raise BusyError(
-                f"{folder} is being written by another process: wait until it has ended"
-            )
+    with _holding(folder, folder / files.LOCK):
         yield
-    finally:
-        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def replacing_folder(path: Path) -> Iterator[Path]:
+    """As `files.replacing_folder`, for one process at a time.
+
+    Raises BusyError if another process replaces or holds `path`, and UserError if it cannot be
+    written.
+    """
+    files.make_folder(path.parent)
+    beside = path.with_name(f".{path.name}{files.LOCK}")  # within, it would be replaced too
+    with _holding(path, beside):
+        if is_held(path):
+            raise _held(path)
+        with files.replacing_folder(path) as new:
+            yield new
 
 
 def is_held(folder: Path) -> bool:
     """Whether a process holds the folder as its `only_writer`."""
-    if not folder.is_dir():
-        return False
-    descriptor = os.open(folder, os.O_RDONLY)
     try:
-        return not _take(descriptor, fcntl.LOCK_SH)
+        descriptor = os.open(folder / files.LOCK, os.O_RDONLY)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
     finally:
         os.close(descriptor)
-
-
-def _take_patiently(descriptor: int) -> bool:
-    for _ in range(_TRIES):
-        if _take(descriptor, fcntl.LOCK_EX):
-            return True
-        time.sleep(_PAUSE_SECONDS)
     return False
 
 
-def _take(descriptor: int, kind: int) -> bool:
+@contextlib.contextmanager
+def _holding(path: Path, lock: Path) -> Iterator[None]:
+    """Hold `path` by the file `lock`."""
     try:
-        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
+        descriptor = _take_patiently(lock)
+    except OSError as error:  # another user's file, or a file system without locks
+        raise UserError(f"{path} cannot be locked: {error.strerror} for {lock}") from None
+    if descriptor is None:
+        raise _held(path)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            lock.unlink()  # before releasing it: who waits for it sees that it is gone
+        os.close(descriptor)
+
+
+def _take_patiently(lock: Path) -> int | None:
+    for _ in range(_TRIES):
+        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+        if files.take(descriptor, lock):
+            return descriptor
+        os.close(descriptor)
+        time.sleep(_PAUSE_SECONDS)
+    return None
+
+
+def _held(path: Path) -> BusyError:
+    return BusyError(f"{path} is being written by another process: wait until it has ended")

@@ -48,8 +48,8 @@ class Checkpoints:
             self._manager = ocp.CheckpointManager(folder.absolute(), options=options)
 
     def steps(self) -> list[int]:
-        """The training steps whose states are kept."""
-        return list(self._manager.all_steps())
+        """The training steps whose states are kept, in order."""
+        return sorted(self._manager.all_steps())
 
     def save(self, state: TrainState) -> None:
         """Save `state`, complete on return, unless its step is already saved.
@@ -120,7 +120,7 @@ class _Preservation(checkpoint_managers.PreservationPolicy):
 
     def should_preserve(self, checkpoints: Sequence[Any], *, context: Any) -> Sequence[bool]:
         steps = [checkpoint.step for checkpoint in checkpoints]
-        kept = self.kept(steps)
+        kept = self.kept(sorted(steps))  # they come in the order of saving
         return [step in kept for step in steps]
 
 
@@ -141,8 +141,3 @@ def _without_log() -> Iterator[None]:
         yield
     finally:
         logger.disabled = before
-
-
-def common_step(several: Sequence[Checkpoints]) -> int | None:
-    """The last step that all of them have; None if there is none."""
-    return max(set.intersection(*(set(one.steps()) for one in several)), default=None)

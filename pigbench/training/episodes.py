@@ -17,7 +17,8 @@ class Episode(NamedTuple):
 
     `step` is the training step of the evaluated policy, `task` counts from 1, `episode` numbers the
     episodes of a task, `seed` is the evaluation's. `measures` has the known values of `MEASURES` by
-    name: older files may lack some of them, and a diverged episode has no final distance.
+    name: older files may lack some of them, and a diverged episode has no final distance. `engine`
+    is the physics engine; "" in older files, where it is that of the run's configuration.
     """
 
     step: int
@@ -26,11 +27,13 @@ class Episode(NamedTuple):
     episode: int
     seed: int
     measures: Mapping[str, Value]
+    engine: str = ""
 
 
 # The file's columns and their types: flags are 0 or 1, distances are given to a tenth of a
 # millimetre, and unknown values are empty.
 _WHICH = {name: kind for name, kind in Episode.__annotations__.items() if name != "measures"}
+_KEYS = [name for name in _WHICH if name != "engine"]  # these every file has
 _COLUMNS = _WHICH | {name: measure.kind for name, measure in MEASURES.items()}
 _CHECK = "check"  # a further column: the row's checksum
 _FORMAT: dict[type, Callable[[Any], str]] = {
@@ -52,7 +55,7 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
     new = list(episodes)
     steps = {episode.step for episode in new}
     old = [episode for episode in read(path) if episode.step not in steps] if path.exists() else []
-    _write(path, sorted(old + new, key=lambda episode: episode[: len(_WHICH)]))
+    _write(path, sorted(old + new, key=lambda episode: episode[: len(_KEYS)]))
 
 
 def read(path: Path) -> list[Episode]:
@@ -60,7 +63,7 @@ def read(path: Path) -> list[Episode]:
 
     Raises UserError if it is torn.
 
-    The file may lack measures, except success.
+    The file may lack the engine and measures, except success.
     """
     text = files.read_text(path)
     try:
@@ -69,8 +72,8 @@ def read(path: Path) -> list[Episode]:
         raise UserError(f"{path} is torn: {error}") from None
     is_checked = header[-1:] == [_CHECK]  # older files have no checksums
     header = header[:-1] if is_checked else header
-    which, measures = header[: len(_WHICH)], header[len(_WHICH) :]
-    if which != list(_WHICH) or "success" not in measures or not MEASURES.keys() >= set(measures):
+    keys, others = header[: len(_KEYS)], header[len(_KEYS) :]
+    if keys != _KEYS or "success" not in others or not {"engine", *MEASURES} >= set(others):
         raise UserError(f"{path} is torn: its columns are not {','.join(_COLUMNS)}")
     if not text.endswith("\n"):
         raise UserError(f"{path} is torn: its last row is cut off")
@@ -136,9 +139,9 @@ def _parse(path: Path, line: int, header: list[str], row: list[str]) -> Episode:
         values = {
             name: _PARSE[_COLUMNS[name]](text)
             for name, text in zip(header, row, strict=True)
-            if text or name in (*_WHICH, "success")
+            if text or name in (*_KEYS, "success")
         }
-        which = {name: values.pop(name) for name in _WHICH}
+        which = {name: values.pop(name) for name in _WHICH if name in values}
     except (ValueError, KeyError):
         raise UserError(f"{path} is torn: line {line} is not an episode") from None
     return Episode(**which, measures=values)

@@ -152,6 +152,7 @@ def as_episodes(
             episode=episode,
             seed=evaluation.seed,
             measures=_known({name: array[index, episode] for name, array in outcome.items()}),
+            engine=env.backend,
         )
         for index, task in enumerate(env.spec.tasks)
         for episode in range(evaluation.episodes)

@@ -30,23 +30,22 @@ Recorder = Callable[[Params, Report], list[Recording]]
 
 def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Recorder:
     """A function that records the same episodes as `make_evaluator`, task after task."""
-    chunk = min(_CHUNK, env.episode_length)
     start = evaluate.make_start(env, evaluation)
 
-    @jax.jit
-    def advance(params: Params, rollout: Rollout) -> tuple[Rollout, jax.Array]:
+    @partial(jax.jit, static_argnames="steps")
+    def advance(params: Params, rollout: Rollout, *, steps: int) -> tuple[Rollout, jax.Array]:
         def step(rollout: Rollout, _: None) -> tuple[Rollout, jax.Array]:
             rollout = evaluate.step(env, agent, params, rollout)
             return rollout, _qpos(rollout.states)
 
-        return jax.lax.scan(step, rollout, length=chunk)
+        return jax.lax.scan(step, rollout, length=steps)
 
     return partial(_record, start, advance, env.episode_length)
 
 
 def _record(
     start: Callable[[Params], Rollout],
-    advance: Callable[[Params, Rollout], tuple[Rollout, jax.Array]],
+    advance: Callable[..., tuple[Rollout, jax.Array]],
     episode_length: int,
     params: Params,
     report: Report,
@@ -55,11 +54,13 @@ def _record(
     first = rollout.states
     chunks = [np.asarray(_qpos(first))[None]]
     while rollout.time < episode_length and not rollout.states.done.all():
-        rollout, qpos = advance(params, rollout)
+        # Not a step more than the limit: what an episode reaches after it does not count.
+        steps = min(_CHUNK, episode_length - int(rollout.time))
+        rollout, qpos = advance(params, rollout, steps=steps)
         chunks.append(np.asarray(qpos))
-        report(min(int(rollout.time), episode_length))
+        report(int(rollout.time))
     successes = np.asarray(rollout.states.info["success"])
-    lengths = np.minimum(rollout.values["length"], episode_length)
+    lengths = np.asarray(rollout.values["length"])
     states = np.concatenate(chunks)
     return [
         Recording(

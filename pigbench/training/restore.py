@@ -43,10 +43,13 @@ def agent_for(
 def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last") -> Trained:
     """The run in `folder`, with its last checkpoint, its best, or that of a step.
 
-    Raises UserError if there is no such run, or if it has no such checkpoint that is intact.
+    The physics engine is that of the run's own evaluations unless `engine` names another. Raises
+    UserError if there is no such run, or if it has no such checkpoint that is intact.
     """
     run = read_run(folder)
-    env = envs.make(run.config.environment, engine=engine, profile=run.config.physics)
+    env = envs.make(
+        run.config.environment, engine=engine or run.config.engine, profile=run.config.physics
+    )
     agent = agent_for(env, run.config.method, agent_config(run), read_statistics(run))
     with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
         step = _step(run, sorted(checkpoints.steps()), checkpoint)

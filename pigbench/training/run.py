@@ -1,7 +1,7 @@
 """A run's folder: one training run of one method, with all that is needed to trust and repeat it.
 
 config.json       the configuration, which identifies the run
-provenance.json   versions, commit, machine and data set, also those of later extensions
+provenance.json   versions, commit, machine and data set, also when resumed with others or extended
 statistics.json   mean and deviation of the data's observations, needed to standardise
 metrics.jsonl     training metrics (`pigbench.training.metrics`), for trackers' files too
 films/STEP/       films of an evaluation, if requested
@@ -13,7 +13,8 @@ checkpoints/      training states
 import dataclasses
 import itertools
 import math
-from collections.abc import Mapping
+import operator
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,7 +22,7 @@ import numpy as np
 
 from pigbench.errors import UserError
 from pigbench.support import files
-from pigbench.support.compare import require_same
+from pigbench.support.compare import first_difference, require_same
 
 if TYPE_CHECKING:  # tables read runs without agents and JAX
     from pigbench.agents import AgentConfig, Statistics
@@ -33,6 +34,9 @@ NOISE = "noise"
 
 Keep = Literal["last", "best", "all"]
 """Checkpoints to keep: the last two, these and that of the best evaluation, or all."""
+
+_MAKING = "versions", "commit", "machine", "numerics"
+"""The parts of the provenance that results may depend on."""
 
 _BEFORE: Mapping[str, Any] = {"goals": "state", "standardize": False}
 """Values of agents' configuration fields for runs from before the fields existed, where these may
@@ -73,6 +77,11 @@ class RunConfig:
         return self.agent.get("goals", _BEFORE["goals"])
 
     @property
+    def engine(self) -> str | None:
+        """The physics engine of the run's own evaluations."""
+        return self.evaluation.get("engine")
+
+    @property
     def label(self) -> str:
         """The method's name in tables and plots, with the variant if it has one."""
         return f"{self.method} ({self.variant})" if self.variant else self.method
@@ -109,6 +118,39 @@ class Run:
     def checkpoints_path(self) -> Path:
         """The folder of checkpoints."""
         return self.path / "checkpoints"
+
+    def saved_steps(self) -> set[int]:
+        """The training steps that have a checkpoint."""
+        found = self.checkpoints_path.glob("*")
+        return {int(path.name) for path in found if path.name.isdecimal()}
+
+    @property
+    def is_trained(self) -> bool:
+        """Whether the training is finished: its last checkpoint exists."""
+        return self.config.steps in self.saved_steps()
+
+
+def common_step(runs: Sequence[Run]) -> int | None:
+    """The last step of which all runs have a checkpoint; None if none has one after step 0.
+
+    Raises UserError if they have no step in common: some would be trained again from the start.
+    """
+    saved = [run.saved_steps() for run in runs]
+    shared = set.intersection(*saved)
+    last = [max(steps, default=0) for steps in saved]
+    if not shared and any(last):
+        apart: dict[int, list[str]] = {}
+        for run, step in zip(runs, last, strict=True):
+            if not run.is_trained:
+                apart.setdefault(step, []).append(str(run.config.seed))
+        seeds = " and ".join(f"--seeds {' '.join(group)}" for group in apart.values())
+        reached = ", ".join(
+            f"{run.config.seed} (step {step:,})" for run, step in zip(runs, last, strict=True)
+        )
+        raise UserError(
+            f"seeds {reached} have no checkpoint in common to go on from together: ask for {seeds}"
+        )
+    return max(shared, default=None)
 
 
 def _numbers(text: str) -> list[float]:
@@ -158,11 +200,42 @@ def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
     _write_config(longer)
 
 
+def resume(run: Run, provenance: Mapping[str, Any], *, step: int) -> str | None:
+    """Record what a run is resumed with after `step` updates, if it differs from before.
+
+    Returns the first difference, in words; None if there is none, or if the run is finished.
+    """
+    if run.is_trained:
+        return None
+    path = run.path / PROVENANCE_FILE
+    kept = files.read_json(path) if path.exists() else {}
+    difference = first_difference(_making(_last(kept)), _making(provenance))
+    if difference is None:
+        return None
+    resumed = kept.get("resumed", {}) | {str(step): provenance}
+    files.write_json(path, kept | {"resumed": resumed})
+    name, before, now = difference
+    return f"{name} was {before!r} and is {now!r}"
+
+
+def _last(kept: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The part of a run's provenance that it was last trained with."""
+    later = [
+        *((int(step), one) for step, one in kept.get("resumed", {}).items()),
+        *((one["from_steps"], one) for one in kept.get("extended", {}).values()),
+    ]
+    return max(later, key=operator.itemgetter(0), default=(0, kept))[1]
+
+
+def _making(provenance: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: provenance[name] for name in _MAKING if name in provenance}
+
+
 def _require_own(path: Path) -> None:
     """Raise UserError if the folder contains more than a run interrupted as it began."""
     begun = [path / name for name in (CONFIG_FILE, PROVENANCE_FILE, STATISTICS_FILE)]
-    own = {*begun, *map(files.temporary_path, begun)}
-    if path.is_dir() and not own.issuperset(path.iterdir()):
+    own = {own.name for one in begun for own in (one, files.temporary_path(one))}
+    if path.is_dir() and not files.entries(path) <= own:
         raise UserError(f"{path} is not an empty folder and holds no run; choose another")
 
 

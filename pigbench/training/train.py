@@ -22,13 +22,13 @@ from pigbench.trackers import Tracker, evaluated
 from pigbench.trackers.tracker import FILM
 from pigbench.training import batches, episodes
 from pigbench.training.batches import Batches
-from pigbench.training.checkpoints import Checkpoints, Kept, common_step, last_two
+from pigbench.training.checkpoints import Checkpoints, Kept, last_two
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
 from pigbench.training.films import make_filmer
 from pigbench.training.layout import SEEDS, Layout
 from pigbench.training.measures import BRIEF
 from pigbench.training.metrics import MetricsLog
-from pigbench.training.run import Keep, Run
+from pigbench.training.run import Keep, Run, common_step
 
 Tree = TypeVar("Tree")
 
@@ -85,9 +85,8 @@ def train(
     """Train to the schedule's end, from the last checkpoint that all `runs` have, if there is one.
 
     Evaluations and checkpoints at the end of a shorter schedule are dropped unless this one has
-    them too: the files are those of a run that had this schedule from the start.
-
-
+    them too: the files are those of a run that had this schedule from the start. Raises UserError
+    as `common_step` does.
     """
     keys = [jax.random.split(seeds.key(run.config.seed)) for run in runs]
     evaluator = make_evaluator(env, agent, evaluation)
@@ -104,7 +103,7 @@ def train(
             for path in (run.episodes_path, *run.noise_paths().values()):
                 episodes.keep(path, schedule.evaluates)
         states = [agents.create(agent, init_key) for init_key, _ in keys]
-        saved_step = common_step(checkpoints)
+        saved_step = common_step(runs)
         if saved_step is not None:
             states = [
                 one.restore(fresh, saved_step)

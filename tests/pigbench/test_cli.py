@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pigbench import cli
+from pigbench import cli, envs
 from pigbench.errors import UserError
 from pigbench.training import episodes
 from pigbench.training.measures import MEASURES
@@ -85,7 +85,9 @@ def test_finished_work_is_not_done_again(data, run, capsys):
     assert shards == {path: path.stat().st_mtime_ns for path in data.rglob("*.npy")}
 
 
-def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path, capsys):
+def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(envs, "default_engine", lambda: "mjx-warp")  # as on another machine
+
     def last_rows(folder: Path) -> dict[tuple[int, int], episodes.Episode]:
         rows = episodes.read(folder / "episodes.csv")
         return {(row.task, row.episode): row for row in rows if row.step == 4}
@@ -96,10 +98,16 @@ def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path, capsys):
     rows = last_rows(copy)
     assert list(rows) == [(task, episode) for task in range(1, 6) for episode in (0, 1)]
     assert last_rows(run).items() <= rows.items()
-    assert "replacing the 5 episodes of step 4 (seed 0) by 10 (seed 0)" in capsys.readouterr().out
+    assert {row.engine for row in rows.values()} == {"mujoco"}
+    assert (
+        "replacing the 5 episodes of step 4 (seed 0, mujoco) by 10 (seed 0, mujoco)"
+        in capsys.readouterr().out
+    )
 
     before = (copy / "episodes.csv").read_bytes()
-    with pytest.raises(UserError, match=r"replace the 10 episodes .* by 5 \(seed 3\): .*--replace"):
+    with pytest.raises(
+        UserError, match=r"replace the 10 episodes .* by 5 \(seed 3, mujoco\): .*--replace"
+    ):
         cli.run(["evaluate", str(copy), "--episodes", "1", "--seed", "3"])
     assert (copy / "episodes.csv").read_bytes() == before
     cli.run(["evaluate", str(copy), "--episodes", "1", "--seed", "3", "--replace"])

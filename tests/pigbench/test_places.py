@@ -13,7 +13,7 @@ import pytest
 
 from pigbench import cli
 from pigbench.errors import UserError
-from pigbench.support.lock import only_writer
+from pigbench.support.lock import only_writer, replacing_folder
 
 NOBODY = 65534
 
@@ -142,6 +142,25 @@ def test_a_folder_that_is_being_written_is_left_alone(command, inputs):
         pytest.raises(UserError, match="is being written by another process"),
     ):
         parsed.run()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "report {run}",
+        "data export {data} --format minari",
+        "data export {data} --format lerobot",
+    ],
+)
+def test_a_folder_that_is_being_replaced_is_left_alone(command, inputs, tmp_path):
+    for package in ("bokeh", "jinja2", "pyarrow"):
+        pytest.importorskip(package)
+    parsed = cli.parse([*command.format(**inputs).split(), "--out", str(tmp_path / "out")])
+    with replacing_folder(tmp_path / "out") as new:
+        (new / "file").touch()
+        with pytest.raises(UserError, match="is being written by another process"):
+            parsed.run()
+    assert os.listdir(tmp_path / "out") == ["file"]
 
 
 @pytest.mark.parametrize("arguments", [["list", "envs"], ["train", "--help"], []])

@@ -1,10 +1,12 @@
 import dataclasses
 import json
 import os
+import resource
 
 import numpy as np
 import pytest
 
+from pigbench import cli
 from pigbench.data import dataset, manifest
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
@@ -27,6 +29,30 @@ def test_what_was_written_is_read(data, spec, arrays):
         shards = train.shards(field)
         assert all(isinstance(shard, np.memmap) for shard in shards)
         np.testing.assert_array_equal(shards[1], parts[1][field])
+
+
+@pytest.mark.parametrize("form", ["ogbench", "minari", "lerobot"])
+def test_no_export_has_many_shards_open_at_once(tmp_path, spec, arrays, monkeypatch, form):
+    if form != "ogbench":
+        pytest.importorskip("pyarrow.parquet")
+    writer = Writer(
+        tmp_path / "data",
+        dataclasses.replace(spec, episodes={"train": 30, "val": 1}, episodes_per_shard=1),
+    )
+    for part in writer.missing():
+        writer.write(part, arrays(spec, part))
+    export = cli.parse(
+        ["data", "export", str(writer.folder), "--format", form, "--out", str(tmp_path / "x.npz")]
+    )
+    monkeypatch.setattr(files, "allow_many_open", pytest.fail)
+    before = resource.getrlimit(resource.RLIMIT_NOFILE)
+    free = sorted(set(range(1000)) - set(map(int, os.listdir("/proc/self/fd"))))
+    few = free[20]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (few, before[1]))
+    try:
+        export.run()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, before)
 
 
 def test_layout_and_digest(data):

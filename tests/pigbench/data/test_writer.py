@@ -3,13 +3,16 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
+from pigbench import cli
 from pigbench.data import manifest, shard
 from pigbench.data.dataset import load, verify
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
+from pigbench.suite.status import is_complete
 from pigbench.support import files
 
 
@@ -90,6 +93,31 @@ def test_a_full_disk_keeps_the_finished_shards(tmp_path, monkeypatch, spec, arra
         writer.write(second, arrays(spec, second))
     assert [part.name for part in manifest.read(tmp_path / "data").shards] == [first.name]
     assert set(os.listdir(tmp_path / "data")) == {"manifest.json", "shards.jsonl", first.name}
+
+
+def test_a_kill_before_the_last_manifest_leaves_no_data_set_whose_digest_would_change(
+    tmp_path, monkeypatch, data, spec, arrays
+):
+    folder = tmp_path / "killed"
+    writer = Writer(folder, spec)
+    first, *others = writer.missing()
+    writer.write(first, arrays(spec, first))
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(manifest, "write", raising := Mock(side_effect=KeyboardInterrupt))
+        for part in others:
+            writer.write(part, arrays(spec, part))
+    raising.assert_called_once()  # all shards were there
+    unfinished = r"killed is unfinished: shards\.jsonl is still to be taken into manifest\.json"
+    with pytest.raises(UserError, match=rf"{unfinished}; run the same `pigbench generate` again"):
+        load(folder)
+    assert not is_complete(folder)
+    with pytest.raises(UserError, match=unfinished):
+        cli.run(["data", "push", "someone/something", "--data", str(folder)])
+    (problem,) = verify(folder)
+    assert "is unfinished" in problem
+    assert Writer(folder, spec).missing() == ()
+    assert is_complete(folder)
+    assert contents(folder) == contents(data)
 
 
 def test_a_shard_costs_a_line_until_all_are_there(tmp_path, spec, arrays):

@@ -47,6 +47,13 @@ def test_room_is_asked_for_first(tmp_path, monkeypatch, capfd):
     assert {path.name for path in tmp_path.iterdir()} == {"1"}
 
 
+def test_the_last_two_are_those_of_the_last_steps_in_whatever_order_they_were_saved(tmp_path):
+    with Checkpoints(tmp_path) as checkpoints:
+        for step in (15, 20, 0, 5):
+            checkpoints.save(state(step))
+        assert checkpoints.steps() == [15, 20]
+
+
 def test_a_disk_that_fills_up_meanwhile(small_disk: Path, monkeypatch, caplog):
     monkeypatch.setattr(files, "require_room", lambda *_: None)
     with Checkpoints(small_disk / "run") as checkpoints:

@@ -24,22 +24,24 @@ def episode(step, task, number, success=False):
     }
     if not success:
         del measures["final_distance"]
-    return Episode(step, task, f"task{task}, lift", number, 7, measures)
+    return Episode(step, task, f"task{task}, lift", number, 7, measures, "mujoco")
 
 
 # The rows of the next test, as their checksums see them: without quotes.
-FIRST = b"100,1,task1, lift,0,7,0.0125,1,1,1,1,1,1,0,0.0375,120,0"
-SECOND = b"100,2,task2, lift,0,7,0.0125,1,1,0,0,0,0,0,,120,1"
+FIRST = b"100,1,task1, lift,0,7,mujoco,0.0125,1,1,1,1,1,1,0,0.0375,120,0"
+SECOND = b"100,2,task2, lift,0,7,mujoco,0.0125,1,1,0,0,0,0,0,,120,1"
 
 
 def test_the_file_is_plain_csv(tmp_path):
     path = tmp_path / "episodes.csv"
     episodes.record(path, [episode(100, 2, 0), episode(100, 1, 0, success=True)])
     assert path.read_text() == (
-        "step,task,task_name,episode,seed,nearest,touched,held,lifted,within_10cm,within_5cm,"
-        "success,within_3cm,final_distance,length,diverged,check\n"
-        f'100,1,"task1, lift",0,7,0.0125,1,1,1,1,1,1,0,0.0375,120,0,{zlib.crc32(FIRST):08x}\n'
-        f'100,2,"task2, lift",0,7,0.0125,1,1,0,0,0,0,0,,120,1,{zlib.crc32(SECOND):08x}\n'
+        "step,task,task_name,episode,seed,engine,nearest,touched,held,lifted,within_10cm,"
+        "within_5cm,success,within_3cm,final_distance,length,diverged,check\n"
+        '100,1,"task1, lift",0,7,mujoco,0.0125,1,1,1,1,1,1,0,0.0375,120,0,'
+        f"{zlib.crc32(FIRST):08x}\n"
+        '100,2,"task2, lift",0,7,mujoco,0.0125,1,1,0,0,0,0,0,,120,1,'
+        f"{zlib.crc32(SECOND):08x}\n"
     )
 
 
@@ -51,7 +53,7 @@ def test_what_a_file_from_before_lacks_is_not_known(tmp_path):
     assert row == Episode(100, 1, "lift", 0, 7, {"success": True, "length": 120, "diverged": False})
     new = episode(200, 1, 0)
     episodes.record(path, [new])
-    assert "100,1,lift,0,7,,,,,,,1,,,120,0," in path.read_text()
+    assert "100,1,lift,0,7,,,,,,,,1,,,120,0," in path.read_text()
     assert episodes.read(path) == [row, new]
 
 
@@ -92,13 +94,13 @@ def test_a_cut_file_is_named(tmp_path, cut):
 @pytest.mark.parametrize(
     "row",
     [
-        "100,1,a,0,7,,,,,,,1,,,120",
-        "x,1,a,0,7,,,,,,,1,,,120,0",
-        "100,1,a,0,7,,,,,,,2,,,120,0",
-        "100,1,a,0,7,,,,,,,1,,,120,0,9",
-        "100,1,a,0,7,x,,,,,,1,,,120,0",
-        "100,1,a,0,7,,,,,,,,,,120,0",
-        ",1,a,0,7,,,,,,,1,,,120,0",
+        "100,1,a,0,7,,,,,,,,1,,,120",
+        "x,1,a,0,7,,,,,,,,1,,,120,0",
+        "100,1,a,0,7,,,,,,,,2,,,120,0",
+        "100,1,a,0,7,,,,,,,,1,,,120,0,9",
+        "100,1,a,0,7,,x,,,,,,1,,,120,0",
+        "100,1,a,0,7,,,,,,,,,,,120,0",
+        ",1,a,0,7,,,,,,,,1,,,120,0",
     ],
 )
 def test_a_bad_row_is_named_by_its_line(tmp_path, row):

@@ -1,12 +1,17 @@
 """Recorded episodes are those of the evaluation, and replay in the environment."""
 
-import numpy as np
+from types import SimpleNamespace
 
+import numpy as np
+import pytest
+
+from pigbench.training import recording as module
 from pigbench.training.evaluate import Evaluation, make_evaluator
 from pigbench.training.recording import make_recorder
 
 
-def test_the_evaluations_episodes(env, drawn):
+def test_the_evaluations_episodes(env, drawn, monkeypatch):
+    monkeypatch.setattr(module, "_CHUNK", 4)  # no divisor of the limit
     evaluation = Evaluation(episodes=2, seed=3)
     outcome = make_evaluator(env, drawn, evaluation)(None, print)
     reports = []
@@ -15,7 +20,7 @@ def test_the_evaluations_episodes(env, drawn):
     assert [recording.success for recording in recordings] == list(outcome["success"].ravel())
     steps = [len(recording.qpos) - 1 for recording in recordings]
     assert steps == list(outcome["length"].ravel()) == [1, 1, 6, 6]
-    assert reports == [6]
+    assert reports == [4, 6]
     for recording in recordings:
         target = 0.0 if recording.task == 1 else -0.2
         np.testing.assert_allclose(recording.target, [[0.4, target, 0.02]], atol=1e-6)
@@ -26,3 +31,26 @@ def test_the_evaluations_episodes(env, drawn):
         # The arm moves with every step, and no pose comes twice.
         assert np.all(np.abs(np.diff(recording.qpos[:, :6], axis=0)).max(axis=1) > 1e-3)
     assert not np.array_equal(recordings[2].qpos, recordings[3].qpos)
+
+
+@pytest.mark.parametrize(("limit", "success"), [(130, False), (150, True)])
+def test_what_comes_after_the_limit_is_no_success(limit, success):
+    def after(time):
+        placed = np.array([time >= 140])
+        return SimpleNamespace(
+            time=time,
+            values={"length": np.array([min(time, 140)])},
+            states=SimpleNamespace(
+                done=placed,
+                info={"success": placed, "task": np.array([1]), "target": np.zeros((1, 1, 3))},
+                pipeline_state=SimpleNamespace(qpos=np.full((1, 2), time)),
+            ),
+        )
+
+    def advance(_, rollout, *, steps):
+        times = rollout.time + 1 + np.arange(steps)
+        return after(rollout.time + steps), np.tile(times[:, None, None], (1, 1, 2))
+
+    (one,) = module._record(lambda _: after(0), advance, limit, None, lambda _: None)
+    assert one.success == success
+    assert [qpos[0] for qpos in one.qpos] == list(range(min(limit, 140) + 1))

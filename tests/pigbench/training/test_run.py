@@ -21,6 +21,31 @@ def test_a_run_is_begun_read_and_taken_up_again(tmp_path, config):
     assert begun.episodes_path == path / "episodes.csv"
 
 
+def test_what_a_run_goes_on_with_is_kept_where_it_is_something_else(tmp_path, config):
+    def made(jax, commit="abc", command="train"):
+        return {"versions": {"jax": jax, "mujoco": "3"}, "commit": commit, "command": command}
+
+    def resume(step, origin):
+        return runs.resume(runs.read_run(tmp_path), origin, step=step)
+
+    def kept():
+        return json.loads((tmp_path / "provenance.json").read_text())
+
+    run = runs.open_run(tmp_path, config, made("1"), STATISTICS)
+    assert resume(100, made("1", command="train again")) is None
+    assert kept() == made("1")
+    assert resume(100, made("2")) == "versions.jax was '1' and is '2'"
+    assert resume(100, made("2")) is None
+    assert resume(150, made("2", "def")) == "commit was 'abc' and is 'def'"
+    assert kept() == made("1") | {"resumed": {"100": made("2"), "150": made("2", "def")}}
+    runs.open_run(tmp_path, dataclasses.replace(config, steps=400), made("3"), STATISTICS)
+    assert resume(200, made("3")) is None  # it was told as the run was extended
+    assert resume(200, made("1")) == "versions.jax was '3' and is '1'"
+    (run.path / "provenance.json").unlink()  # as of runs from before there was any
+    assert resume(300, made("1")) == "versions.jax was 'absent' and is '1'"
+    assert kept() == {"resumed": {"300": made("1")}}
+
+
 def test_tuples_in_a_configuration_equal_what_was_read(tmp_path, config):
     config = dataclasses.replace(config, agent={"hidden": (256, 256)})
     runs.open_run(tmp_path, config, {}, STATISTICS)
@@ -112,3 +137,30 @@ def test_episodes_in_noise_are_found_among_other_files(tmp_path, config):
         (folder / name).touch()
     expected = {level: folder / f"{level:g}.csv" for level in (0, 2.5, 20)}
     assert list(run.noise_paths().items()) == list(expected.items())
+
+
+@pytest.mark.parametrize(
+    ("saved", "step"),
+    [
+        (((), ()), None),
+        (((0,), ()), None),  # killed in between
+        (((0, 100), (0, 100, 200)), 100),
+        (((100, 200), (), (0,)), "--seeds 1 2"),  # the first is trained already
+        (((100, 150), (), (0, 50)), "--seeds 0 and --seeds 1 and --seeds 2"),
+    ],
+)
+def test_runs_go_on_together_from_a_step_that_all_have(tmp_path, config, saved, step):
+    together = []
+    for seed, steps in enumerate(saved):
+        run = runs.Run(tmp_path / str(seed), dataclasses.replace(config, seed=seed))
+        run.checkpoints_path.mkdir(parents=True)
+        for one in steps:
+            (run.checkpoints_path / str(one)).mkdir()
+        (run.checkpoints_path / "300.orbax-checkpoint-tmp").mkdir()
+        assert run.is_trained == (200 in steps)
+        together.append(run)
+    if isinstance(step, str):
+        with pytest.raises(UserError, match=f"to go on from together: ask for {step}$"):
+            runs.common_step(together)
+    else:
+        assert runs.common_step(together) == step

@@ -127,6 +127,20 @@ def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(
         assert int(restore(tmp_path / f"run/{seed}").state.step) == 20
 
 
+def test_seeds_that_are_trained_already_are_not_begun_anew_with_others(data, tmp_path):
+    train = ["train", "gcivl", "--data", str(data), "--out", str(tmp_path / "run"), *SMALL]
+    cli.run([*train, "--seeds", "0"])
+
+    def contents() -> dict[Path, bytes]:
+        files = (path for path in (tmp_path / "run/0").rglob("*") if path.is_file())
+        return {path: path.read_bytes() for path in files}
+
+    before = contents()
+    with pytest.raises(UserError, match=r"seeds 0 \(step 20\), 1 \(step 0\) .* ask for --seeds 1$"):
+        cli.run([*train, "--seeds", "0", "1", "--vectorized"])
+    assert contents() == before
+
+
 @pytest.mark.parametrize("keep", ["last", "all"])
 def test_a_run_that_is_extended_is_as_if_it_had_been_that_long_from_the_first(data, tmp_path, keep):
     train = ["train", "gcivl", "--data", str(data), *SMALL, "--log-every", "4", "--keep", keep]
