@@ -1,18 +1,18 @@
-"""The paper's box plot: one box per method, one dot per environment, and their mean in white."""
+"""The paper's box plot: a box per method, a dot per environment, and a large one, their mean."""
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgba
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pigbench.report import canvas, comparison, stats
 from pigbench.report.conditions import remarks
-from pigbench.report.representations import called, representation
+from pigbench.report.representations import by_representation, called, representation
 from pigbench.report.scoring import Scoring, success, wording
 from pigbench.report.stats import Result, base
 from pigbench.report.styles import BLACK, GREY, style
@@ -22,6 +22,7 @@ _HEIGHT = 3.6  # inches
 _BOX = 0.3
 _GAP = 0.5  # between methods, in boxes
 _MARGIN = 3
+_FLAT = "full"  # flat methods see the full state
 _DOT = {"marker": "o", "linestyle": "none", "markeredgecolor": BLACK, "zorder": 3}
 _ENVIRONMENT = {**_DOT, "markersize": 3, "color": BLACK}
 _MEAN = {**_DOT, "markersize": 6, "color": "white", "zorder": 4}
@@ -30,12 +31,12 @@ _MEAN = {**_DOT, "markersize": 6, "color": "white", "zorder": 4}
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
     """Boxes of means over seeds in environments that all methods have; variants are side by side.
 
-    A box is white if the low level sees the full state. Raises UserError if there is no such
-    environment.
+    Boxes and means are the fuller of colour the narrower the representation. Raises UserError if
+    there is no such environment.
     """
     cells = comparison.common(scoring.cells(results))
-    methods = ordered({cell.method for cell in cells}, order)
     seen = {cell.method: group[0].representation for cell, group in cells.items()}
+    methods = by_representation(ordered(seen, order), seen)
     places = _places(methods)
     handles = _handles(name for name in seen.values() if name is not None)
     width = _BOX * (max(places.values()) + _MARGIN)
@@ -44,7 +45,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     for method in methods:
         group = [results for cell, results in cells.items() if cell.method == method]
         values = [success(results, scoring).value for results in group]
-        _add_box(panel, places[method], values, style(method).color, _is_filled(seen[method]))
+        _add_box(panel, places[method], values, style(method).color, _fill(seen[method]))
     panel.set_ylim(0, 100)
     environments = ", ".join(ordered({cell.environment for cell in cells}, order))
     title = f"{wording(cells, scoring)}, over {environments}"
@@ -79,7 +80,8 @@ def _ticks(places: Mapping[str, float], seen: Mapping[str, str | None]) -> dict[
     }
 
 
-def _add_box(panel: Axes, place: float, values: Sequence[float], color: str, filled: bool) -> None:
+def _add_box(panel: Axes, place: float, values: Sequence[float], color: str, fill: float) -> None:
+    face = _tinted(color, fill)
     panel.boxplot(
         [values],
         positions=[place],
@@ -87,21 +89,22 @@ def _add_box(panel: Axes, place: float, values: Sequence[float], color: str, fil
         patch_artist=True,
         manage_ticks=False,
         showfliers=False,
-        boxprops={"edgecolor": color, "facecolor": to_rgba(color, 0.35) if filled else "white"},
+        boxprops={"edgecolor": color, "facecolor": face},
         medianprops={"color": color, "linewidth": 1.6},
         whiskerprops={"color": color},
         capprops={"color": color},
     )
     panel.plot([place] * len(values), values, clip_on=False, **_ENVIRONMENT)
-    panel.plot([place], [sum(values) / len(values)], clip_on=False, **_MEAN)
+    mean = sum(values) / len(values)
+    panel.plot([place], [mean], clip_on=False, **_MEAN | {"color": face})
 
 
 def _handles(representations: Iterable[str]) -> dict[str, Artist]:
     boxes = {
         f"low level: {representation(name).title}": Patch(
-            edgecolor=GREY, facecolor=to_rgba(GREY, 0.35) if _is_filled(name) else "white"
+            edgecolor=GREY, facecolor=_tinted(GREY, _fill(name))
         )
-        for name in sorted(set(representations))
+        for name in sorted(set(representations), key=_fill)
     }
     return {
         "an environment": Line2D([], [], **_ENVIRONMENT),
@@ -110,5 +113,10 @@ def _handles(representations: Iterable[str]) -> dict[str, Artist]:
     }
 
 
-def _is_filled(name: str | None) -> bool:
-    return name is None or representation(name).filled
+def _fill(name: str | None) -> float:
+    return representation(name or _FLAT).fill
+
+
+def _tinted(color: str, fill: float) -> tuple[float, ...]:
+    """An opaque mixture of a colour with white."""
+    return tuple(1 - fill * (1 - part) for part in to_rgb(color))

@@ -1,6 +1,6 @@
 """Titles and looks of low-level representations."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from pigbench.report import stats
@@ -8,23 +8,33 @@ from pigbench.report.styles import BLACK, GREY, Style
 
 
 class Representation(NamedTuple):
-    """A representation's title, the style of its curves, and whether its boxes are filled."""
+    """A representation's title, the style of its curves, and how full of colour its boxes are."""
 
     title: str
     style: Style
-    filled: bool
+    fill: float
 
 
 REPRESENTATIONS = {
-    "full": Representation("full state", Style(GREY, "-"), filled=False),
-    "joints_contacts": Representation("joints and contacts", Style(BLACK, "-"), filled=True),
-    "proprio": Representation("proprioception", Style(BLACK, ":"), filled=True),
+    "full": Representation("full state", Style(GREY, "-"), fill=0.0),
+    "joints_contacts": Representation("joints and contacts", Style(BLACK, "-"), fill=0.35),
+    "proprio": Representation("proprioception", Style(BLACK, ":"), fill=0.8),
 }
 
 
 def representation(name: str) -> Representation:
     """The representation of that name; an unknown name gets a default look."""
-    return REPRESENTATIONS.get(name, Representation(name, Style(BLACK, "-."), filled=True))
+    return REPRESENTATIONS.get(name, Representation(name, Style(BLACK, "-."), fill=0.35))
+
+
+def by_representation(methods: Sequence[str], seen: Mapping[str, str | None]) -> list[str]:
+    """`methods` with the variants of each in the order of `REPRESENTATIONS`."""
+    places = {name: place for place, name in enumerate(dict.fromkeys(map(stats.base, methods)))}
+    ranks = {name: rank for rank, name in enumerate(REPRESENTATIONS)}
+    return sorted(
+        methods,
+        key=lambda method: (places[stats.base(method)], ranks.get(seen[method] or "", len(ranks))),
+    )
 
 
 def called(seen: Mapping[str, str | None]) -> dict[str, str]:
