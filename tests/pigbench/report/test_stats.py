@@ -131,7 +131,7 @@ def test_runs_without_an_evaluation_are_all_named(tmp_path, config, make_run):
     made = [
         make_run(tmp_path / "done", {1: [[1]]}),
         runs.open_run(tmp_path / "new", config, {}, Statistics.standard(1)),
-        make_run(tmp_path / "empty", {}),
+        runs.open_run(tmp_path / "other", config, {}, Statistics.standard(1)),
     ]
-    with pytest.raises(UserError, match=r"no evaluation yet in \S*/new, \S*/empty; use"):
+    with pytest.raises(UserError, match=r"no evaluation yet in \S*/new, \S*/other; use"):
         stats.read_results(made)
