@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -117,6 +117,7 @@ def _fill(name: str | None) -> float:
     return representation(name or _FLAT).fill
 
 
-def _tinted(color: str, fill: float) -> tuple[float, ...]:
+def _tinted(color: str, fill: float) -> str:
     """An opaque mixture of a colour with white."""
-    return tuple(1 - fill * (1 - part) for part in to_rgb(color))
+    red, green, blue = (1 - fill * (1 - part) for part in to_rgb(color))
+    return to_hex((red, green, blue))

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
 from pigbench.errors import UserError
 from pigbench.report import boxes
@@ -7,7 +8,7 @@ from pigbench.report.scoring import Scoring
 
 FULL = {"variant": "full", "agent": {"low_level_representation": "full"}}
 JOINTS = {"variant": "joints", "agent": {"low_level_representation": "joints_contacts"}}
-WHITE = (1.0, 1.0, 1.0)
+WHITE = "#ffffff"
 STRONG = {"variant": "strong", "agent": {"margin": 2.0}}
 
 
@@ -62,7 +63,7 @@ def test_representations_of_a_method_share_a_name_and_differ_in_filling(make_res
     figure = boxes.draw(results, (), Scoring())
     (panel,) = figure.axes
     assert ticks(panel) == ["sharsa"]
-    faces = [box.get_facecolor()[:3] for box in panel.patches]
+    faces = [to_hex(box.get_facecolor()) for box in panel.patches]
     assert faces == sorted(faces, reverse=True)  # from left to right: ever less white
     assert faces[0] == WHITE
     assert len(set(faces)) == 3
