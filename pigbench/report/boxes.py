@@ -96,7 +96,8 @@ def _add_box(panel: Axes, place: float, values: Sequence[float], color: str, fil
     )
     panel.plot([place] * len(values), values, clip_on=False, **_ENVIRONMENT)
     mean = sum(values) / len(values)
-    panel.plot([place], [mean], clip_on=False, **_MEAN | {"color": face})
+    (dot,) = panel.plot([place], [mean], clip_on=False, **_MEAN)
+    dot.set_color(face)
 
 
 def _handles(representations: Iterable[str]) -> dict[str, Artist]:
