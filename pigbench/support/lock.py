@@ -38,6 +38,8 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     Raises BusyError if another process replaces or holds `path`, and UserError if it cannot be
     written.
     """
+    if not path.name:
+        raise UserError(f"{path} is where the command runs: name a folder in it")
     files.make_folder(path.parent)
     beside = path.with_name(f".{path.name}{files.LOCK}")  # within, it would be replaced too
     with _holding(path, beside):

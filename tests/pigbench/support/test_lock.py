@@ -5,6 +5,7 @@ import stat
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -125,3 +126,13 @@ def test_a_folder_is_replaced_by_one_at_a_time(tmp_path):
     ):
         pass
     assert os.listdir(tmp_path) == ["page"]
+
+
+def test_the_folder_of_the_command_is_not_replaced(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with (
+        pytest.raises(UserError, match=r"^\. is where the command runs"),
+        replacing_folder(Path()),
+    ):
+        pass
+    assert not list(tmp_path.iterdir())
