@@ -53,6 +53,8 @@ _PARSE: dict[type, Callable[[str], Any]] = {
 def record(path: Path, episodes: Iterable[Episode]) -> None:
     """Add episodes to the file, atomically, replacing any of the same steps."""
     new = list(episodes)
+    if not new:
+        return  # a file without episodes is torn
     steps = {episode.step for episode in new}
     old = [episode for episode in read(path) if episode.step not in steps] if path.exists() else []
     _write(path, sorted(old + new, key=lambda episode: episode[: len(_KEYS)]))
