@@ -35,7 +35,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page, **_: object) -> str:
-    """Point links to folders at their pages, and links out of `docs` into the site."""
+    """Point links to folders at their pages, and links into and out of `docs` into the site."""
     source = _ROOT / page.file.src_uri
     if not source.exists():  # a page of `docs`
         source = _ROOT / "docs" / page.file.src_uri
@@ -48,6 +48,8 @@ def on_page_markdown(markdown: str, page, **_: object) -> str:
             target = f"{target.rstrip('/')}/README.md"
         if source.is_relative_to(_ROOT / "docs"):
             target = target.removeprefix("../")
+        else:
+            target = target.replace("../docs/", "../")
         return f"]({target}{anchor})"
 
     return re.sub(r"\]\((?P<target>[^)#\s]*)(?P<anchor>#[^)\s]*)?\)", link, markdown)

@@ -23,7 +23,7 @@ COMPUTING = [
     "generate cube-single --out {}/x",
     "data import x.npz --environment cube-single --out {}/x",
     "train gcivl --data x --out {}/x",
-    "evaluate {}",
+    "evaluate {run}",
     "render cube-single --out {}/x.png",
     "parity --json {}/x",
     "bench train gcivl",
@@ -39,7 +39,7 @@ def test_computing_says_one_line_and_reading_goes_on(tmp_path, make_run):
     run = make_run(tmp_path / "run", {0: [[1]]}).path
     empty = tmp_path / "empty"
     empty.mkdir()
-    commands = [command.format(empty) for command in COMPUTING]
+    commands = [command.format(empty, run=run) for command in COMPUTING]
     commands += [command.format(run=run) for command in READING]
     done = subprocess.run(
         [sys.executable, "-P", "-c", TRY, *commands],
