@@ -9,11 +9,12 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from pigbench import agents, cli, envs
+from pigbench import agents, cli, envs, plugins
 from pigbench.agents import registry
 from pigbench.data import dataset
 
@@ -86,7 +87,7 @@ def small(command: str) -> list[str]:
 
 
 @pytest.fixture
-def folder(drawing, tmp_path, monkeypatch) -> Path:
+def folder(drawing, tmp_path, monkeypatch) -> Iterator[Path]:
     """Where a reader would be, with the files that the pages say they have."""
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     shutil.copy(ROOT / "examples" / "huber_bc.py", tmp_path)
@@ -99,8 +100,16 @@ def folder(drawing, tmp_path, monkeypatch) -> Path:
     short = {name: dataclasses.replace(spec, episode_length=6) for name, spec in envs.SPECS.items()}
     monkeypatch.setattr(envs, "SPECS", short)
     others = {name: agents.get(name) for name in agents.names() if name != "huber-bc"}
-    monkeypatch.setattr(registry, "_METHODS", others)  # another test may have registered it
-    return tmp_path
+    monkeypatch.setattr(registry, "_METHODS", others)
+    for module in _plugins():  # of other tests, which a suite would load too
+        monkeypatch.delitem(sys.modules, module)
+    yield tmp_path
+    for module in _plugins():
+        del sys.modules[module]
+
+
+def _plugins() -> list[str]:
+    return [f"{plugins.ENTRY_POINTS}:{file}" for file in plugins.loaded_files()]
 
 
 def test_every_command_runs(folder):
