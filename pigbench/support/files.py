@@ -129,9 +129,14 @@ def _opened_alone(path: Path) -> Iterator[BinaryIO]:
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
     with open(descriptor, "wb") as file:
         if not take(descriptor, path):
-            raise BusyError(f"{path} is being written by another process: wait until it has ended")
+            raise busy(path)
         file.truncate()
         yield file
+
+
+def busy(path: Path) -> BusyError:
+    """The error of whoever would write what another process is writing."""
+    return BusyError(f"{path} is being written by another process: wait until it has ended")
 
 
 def take(descriptor: int, path: Path) -> bool:

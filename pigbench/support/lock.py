@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from pigbench.errors import BusyError, UserError
+from pigbench.errors import UserError
 from pigbench.support import files
 
 _TRIES, _PAUSE_SECONDS = 5, 0.02
@@ -44,7 +44,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     beside = path.with_name(f".{path.name}{files.LOCK}")  # within, it would be replaced too
     with _holding(path, beside):
         if is_held(path):
-            raise _held(path)
+            raise files.busy(path)
         with files.replacing_folder(path) as new:
             yield new
 
@@ -72,7 +72,7 @@ def _holding(path: Path, lock: Path) -> Iterator[None]:
     except OSError as error:  # another user's file, or a file system without locks
         raise UserError(f"{path} cannot be locked: {error.strerror} for {lock}") from None
     if descriptor is None:
-        raise _held(path)
+        raise files.busy(path)
     try:
         yield
     finally:
@@ -89,7 +89,3 @@ def _take_patiently(lock: Path) -> int | None:
         os.close(descriptor)
         time.sleep(_PAUSE_SECONDS)
     return None
-
-
-def _held(path: Path) -> BusyError:
-    return BusyError(f"{path} is being written by another process: wait until it has ended")
