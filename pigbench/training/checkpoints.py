@@ -7,6 +7,7 @@ import contextlib
 import dataclasses
 import hashlib
 import logging
+import textwrap
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -14,6 +15,7 @@ from typing import Any, cast
 import jax
 import numpy as np
 import orbax.checkpoint as ocp
+import tensorstore
 from orbax.checkpoint import checkpoint_managers
 
 from pigbench.agents import TrainState
@@ -35,6 +37,7 @@ class Checkpoints:
     """The checkpoints in a run's folder; each `save` leaves only those selected by `kept`.
 
     A context manager. If `read_only`, nothing is made or removed: another process may be training.
+    Raises UserError if a checkpoint's own record, which Orbax reads at once, is altered.
     """
 
     def __init__(self, folder: Path, *, kept: Kept = last_two, read_only: bool = False) -> None:
@@ -45,7 +48,13 @@ class Checkpoints:
                 enable_async_checkpointing=False,
                 read_only=read_only,
             )
-            self._manager = ocp.CheckpointManager(folder.absolute(), options=options)
+            try:
+                self._manager = ocp.CheckpointManager(folder.absolute(), options=options)
+            except Exception as error:  # Orbax raises many types, and names no folder
+                altered = _altered_record(folder)
+                if altered is None:
+                    raise
+                raise _unreadable(altered, error) from None
 
     def steps(self) -> list[int]:
         """The training steps whose states are kept, in order."""
@@ -82,6 +91,7 @@ class Checkpoints:
         Raises UserError if it cannot be read, or if its structure differs.
         """
         try:
+            _read_through(self.folder / str(step))
             with _without_log():
                 restored = cast(
                     TrainState,
@@ -89,11 +99,7 @@ class Checkpoints:
                 )
                 kept = self._manager.metadata(step).custom_metadata or {}
         except Exception as error:  # Orbax raises many types for a torn or foreign checkpoint
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise UserError(
-                f"{self.folder / str(step)} cannot be read ({reason}); "
-                "remove it and train again in the same folder"
-            ) from None
+            raise _unreadable(self.folder / str(step), error) from None
         if kept.get(_DIGEST) not in (None, _digest(restored)):  # older checkpoints have none
             raise UserError(
                 f"{self.folder / str(step)} is altered: its numbers have not the checksum that it "
@@ -122,6 +128,39 @@ class _Preservation(checkpoint_managers.PreservationPolicy):
         steps = [checkpoint.step for checkpoint in checkpoints]
         kept = self.kept(sorted(steps))  # they come in the order of saving
         return [step in kept for step in steps]
+
+
+def _altered_record(folder: Path) -> Path | None:
+    """The first checkpoint in `folder` whose record of its own times cannot be read."""
+    for step in ocp.path.step.standard_name_format().find_all(folder.absolute()):
+        try:
+            _ = step.commit_timestamp
+        except Exception:  # ValueError, TypeError, OverflowError, ...: by what a byte became
+            return folder / str(step.step)
+    return None
+
+
+def _read_through(checkpoint: Path) -> None:
+    """Read all arrays, so that a torn one raises here.
+
+    In Orbax it would raise beside reads that go on: their errors are printed from other threads.
+    """
+    base = {"driver": "ocdbt", "base": f"file://{checkpoint.absolute()}/default/"}
+    entries = tensorstore.KvStore.open(base).result().list().result()
+    names = {entry.decode().rpartition("/")[0] for entry in entries}
+    arrays = [
+        tensorstore.open({"driver": "zarr", "kvstore": {**base, "path": f"{name}/"}}, open=True)
+        for name in names
+    ]
+    for read in [array.result().read() for array in arrays]:
+        read.result()
+
+
+def _unreadable(checkpoint: Path, error: Exception) -> UserError:
+    reason = textwrap.shorten(str(error), 200) or type(error).__name__
+    return UserError(
+        f"{checkpoint} cannot be read ({reason}); remove it and train again in the same folder"
+    )
 
 
 def _digest(state: TrainState) -> str:

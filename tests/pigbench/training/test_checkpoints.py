@@ -1,6 +1,7 @@
 """A disk that is full while a checkpoint is written: one line, and what was there stays."""
 
 import contextlib
+import re
 import shutil
 import subprocess
 from collections import namedtuple
@@ -52,6 +53,20 @@ def test_the_last_two_are_those_of_the_last_steps_in_whatever_order_they_were_sa
         for step in (15, 20, 0, 5):
             checkpoints.save(state(step))
         assert checkpoints.steps() == [15, 20]
+
+
+@pytest.mark.parametrize("time", ["1e400", '"now"', "1" + "0" * 30])
+def test_a_record_that_is_altered(tmp_path, time):
+    """Orbax reads it before a step is asked for, and names none in what it raises."""
+    with Checkpoints(tmp_path) as checkpoints:
+        for step in (1, 2):
+            checkpoints.save(state(step))
+    record = tmp_path / "1" / "_CHECKPOINT_METADATA"
+    altered = re.sub(r'("commit_timestamp_nsecs": )\d+', rf"\g<1>{time}", record.read_text())
+    assert altered != record.read_text()
+    record.write_text(altered)
+    with pytest.raises(UserError, match=rf"{tmp_path}/1 cannot be read"):
+        Checkpoints(tmp_path).restore(state(1), 1)
 
 
 def test_a_disk_that_fills_up_meanwhile(small_disk: Path, monkeypatch, caplog):
