@@ -183,15 +183,13 @@ def read(folder: Path) -> Manifest:
     version = content.get("format") if isinstance(content, dict) else None
     if version != FORMAT:
         raise UserError(f"{path} has format {version!r}; this version reads format {FORMAT}")
-    try:
+    with files.explaining_torn(path):
         manifest = Manifest(
             spec=_spec(content["spec"]),
             shards=tuple(_shard_record(shard) for shard in content["shards"]),
         )
-        added = [_shard_record(shard) for shard in _journal(folder)]
-        return manifest.with_shards([*manifest.shards, *added]) if added else manifest
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise UserError(f"{path} is torn: {error}") from None
+    added = _journal(folder)
+    return manifest.with_shards([*manifest.shards, *added]) if added else manifest
 
 
 def spec_of(content: str) -> Spec:
@@ -229,15 +227,13 @@ def describe(manifest: Manifest) -> str:
     return "\n".join(f"{name:<{width}}  {text}" for name, text in lines.items())
 
 
-def _journal(folder: Path) -> list[Mapping[str, Any]]:
+def _journal(folder: Path) -> list[ShardRecord]:
     """The added records; a last line that a crash cut off is left out."""
     path = folder / JOURNAL
     text = files.read_text(path) if path.exists() else ""
     lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
-    try:
-        return [files.unsealed(path, json.loads(line)) for line in lines]
-    except json.JSONDecodeError as error:
-        raise UserError(f"{path} is torn: {error}") from None
+    with files.explaining_torn(path):
+        return [_shard_record(files.unsealed(path, json.loads(line))) for line in lines]
 
 
 def _spec(content: Mapping[str, Any]) -> Spec:

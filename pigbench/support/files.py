@@ -46,6 +46,15 @@ def explaining_full_disk(path: Path) -> Iterator[None]:
         ) from error
 
 
+@contextlib.contextmanager
+def explaining_torn(path: Path) -> Iterator[None]:
+    """Turn what the block raises over the content of `path` into a UserError that names it."""
+    try:
+        yield
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
+        raise UserError(f"{path} is torn: {error}") from None
+
+
 def _is_full_disk(error: Exception) -> bool:
     # Orbax reports a full disk as an error of its own, in its message only.
     return getattr(error, "errno", None) in _DISK_FULL or "No space left" in str(error)
@@ -233,10 +242,8 @@ def read_text(path: Path) -> str:
 
 def read_json(path: Path) -> Any:
     """The value in `path`, `unsealed`. Raises UserError if it is missing or not JSON."""
-    try:
+    with explaining_torn(path):
         return unsealed(path, json.loads(read_text(path)))
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise UserError(f"{path} is torn: {error}") from None
 
 
 def sha256(path: Path) -> str:

@@ -247,10 +247,8 @@ def read_run(path: Path) -> Run:
     if not config_path.exists():
         raise UserError(f"{path} is not a run: it has no {CONFIG_FILE}")
     content = files.read_json(config_path)
-    try:
+    with files.explaining_torn(config_path):
         return Run(path, RunConfig(**content))
-    except TypeError as error:
-        raise UserError(f"{config_path} is torn: {error}") from None
 
 
 def read_statistics(run: Run) -> "Statistics | None":
@@ -261,12 +259,10 @@ def read_statistics(run: Run) -> "Statistics | None":
     if not path.exists():
         return None
     content = files.read_json(path)
-    try:
+    with files.explaining_torn(path):
         return Statistics(
             **{name: np.asarray(values, np.float32) for name, values in content.items()}
         )
-    except (TypeError, ValueError, AttributeError) as error:
-        raise UserError(f"{path} is torn: {error}") from None
 
 
 def agent_config(run: Run) -> "AgentConfig":

@@ -67,6 +67,14 @@ def test_a_bad_manifest_is_named(tmp_path, text, message):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("line", ["[]", '{"name": "train-00000"}', "{", '{"rhecksum": 1}', "3"])
+def test_a_bad_journal_is_named(tmp_path, spec, line):
+    manifest.write(tmp_path, Manifest(spec))
+    (tmp_path / manifest.JOURNAL).write_text(line + "\n")
+    with pytest.raises(UserError, match=rf"{manifest.JOURNAL} is torn"):
+        manifest.read(tmp_path)
+
+
 def test_no_data_set(tmp_path):
     with pytest.raises(UserError, match="is not a data set"):
         manifest.read(tmp_path)
