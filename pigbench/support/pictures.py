@@ -4,8 +4,8 @@ import io
 from collections.abc import Iterable
 from pathlib import Path
 
-import matplotlib.image
 import numpy as np
+from PIL import Image
 
 from pigbench.errors import UserError
 from pigbench.support import files
@@ -24,7 +24,7 @@ def check_path(path: Path, extension: str) -> None:
 def write_png(path: Path, picture: np.ndarray) -> None:
     """Replace `path` with the picture."""
     with files.replacing_file(path) as file:
-        matplotlib.image.imsave(file, np.ascontiguousarray(picture), format="png")
+        Image.fromarray(picture).save(file, "PNG")
 
 
 def gif_of_mp4(path: Path, *, every: int = 4, width: int = 160) -> tuple[bytes, int, int]:
