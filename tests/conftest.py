@@ -1,10 +1,20 @@
 """Set before any test imports JAX: tests compile much and compute little."""
 
 import os
+import tempfile
 
 import pytest
 
 os.environ["XLA_FLAGS"] = f"--xla_backend_optimization_level=0 {os.environ.get('XLA_FLAGS', '')}"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """What is compiled once is compiled for all of a session's processes."""
+    if not hasattr(config, "workerinput"):  # xdist's workers have the environment of their session
+        cache = tempfile.TemporaryDirectory(prefix="pigbench-compiled-")
+        config.add_cleanup(cache.cleanup)
+        os.environ["JAX_COMPILATION_CACHE_DIR"] = cache.name
+        os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
 
 
 @pytest.fixture(scope="session")

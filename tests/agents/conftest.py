@@ -16,7 +16,7 @@ def float64():
         yield
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def build():
     """`build(name, **fields)`: a method's agent with one small layer, and other fields as given."""
 

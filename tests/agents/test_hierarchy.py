@@ -1,4 +1,5 @@
 import dataclasses
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -18,10 +19,22 @@ from pigbench.errors import UserError
 SMALL = {"actor_hidden_sizes": (16,), "value_hidden_sizes": (16,)}
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def hierarchy(build):
     """H-Flow over GCIVL, whose low level sees the first three of four coordinates."""
     return build("h-flow-gcivl", low=GCIVLConfig(**SMALL), subgoal_steps=3, discount=0.9)
+
+
+@pytest.fixture(scope="module")
+def init(hierarchy):
+    """`init(key)`: fresh parameters."""
+    return jax.jit(hierarchy.init)
+
+
+@pytest.fixture(scope="module")
+def loss(hierarchy):
+    """`loss(params, target_params, batch, key)`, compiled once."""
+    return jax.jit(hierarchy.loss)
 
 
 def cross_entropy(logits, targets):
@@ -29,9 +42,9 @@ def cross_entropy(logits, targets):
     return -(targets * np.log(p) + (1 - targets) * np.log(1 - p))
 
 
-def test_the_high_levels_values_against_numpy(hierarchy, batch):
+def test_the_high_levels_values_against_numpy(hierarchy, init, loss, batch):
     """k steps are worth 0.9^k; the first three transitions end at their goals."""
-    params, targets = (hierarchy.init(jax.random.key(seed)) for seed in (0, 1))
+    params, targets = (init(jax.random.key(seed)) for seed in (0, 1))
     subgoals = batch.subgoals
     networks = hierarchy.values
 
@@ -60,26 +73,26 @@ def test_the_high_levels_values_against_numpy(hierarchy, batch):
     value_loss = cross_entropy(value(batch.observations), least).mean()
 
     targets = {name: targets[name] for name in hierarchy.target_networks}
-    loss, metrics = hierarchy.loss(params, targets, batch, jax.random.key(2))
+    total, metrics = loss(params, targets, batch, jax.random.key(2))
     assert metrics["high_critic/loss"] == pytest.approx(critic_loss, rel=1e-5)
     assert metrics["high_value/loss"] == pytest.approx(value_loss, rel=1e-5)
     parts = ("high_critic/loss", "high_value/loss", "high_actor/loss", "low_actor/loss")
-    assert loss == pytest.approx(
+    assert total == pytest.approx(
         sum(float(metrics[part]) for part in parts) + float(metrics["low_value/td_loss"]), rel=1e-5
     )
 
 
-def test_the_flow_learns_subgoals_on_the_way_to_the_actors_goals(hierarchy, batch):
+def test_the_flow_learns_subgoals_on_the_way_to_the_actors_goals(hierarchy, init, loss, batch):
     """With v = 0 the loss is |x_1 - x_0|^2, next to |x_1|^2 for samples far beyond the noise."""
-    params = jax.tree.map(jnp.zeros_like, hierarchy.init(jax.random.key(0)))
+    params = jax.tree.map(jnp.zeros_like, init(jax.random.key(0)))
     targets = {name: params[name] for name in hierarchy.target_networks}
     far = batch.subgoals.replace(actor_subgoals=1e4 * batch.subgoals.actor_subgoals)
-    _, metrics = hierarchy.loss(params, targets, batch.replace(subgoals=far), jax.random.key(1))
+    _, metrics = loss(params, targets, batch.replace(subgoals=far), jax.random.key(1))
     expected = (far.actor_subgoals[:, :3] ** 2).sum(axis=-1).mean()
     assert metrics["high_actor/loss"] == pytest.approx(expected, rel=1e-2)
 
 
-def test_the_low_level_is_the_flat_agent_on_its_representation(hierarchy, batch):
+def test_the_low_level_is_the_flat_agent_on_its_representation(hierarchy, init, loss, batch):
     """GCIVL built by hand for three coordinates, with discount 1 - 1/3."""
     flat = agents.build(
         "gcivl",
@@ -88,12 +101,12 @@ def test_the_low_level_is_the_flat_agent_on_its_representation(hierarchy, batch)
         action_size=2,
         layout={},
     )
-    params, targets = (hierarchy.init(jax.random.key(seed)) for seed in (0, 1))
+    params, targets = (init(jax.random.key(seed)) for seed in (0, 1))
     targets = {name: targets[name] for name in hierarchy.target_networks}
-    _, metrics = hierarchy.loss(params, targets, batch, jax.random.key(2))
+    _, metrics = loss(params, targets, batch, jax.random.key(2))
 
     subgoals = batch.subgoals
-    _, expected = flat.loss(
+    _, expected = jax.jit(flat.loss)(
         {name: params[f"low_{name}"] for name in ("value", "policy")},
         {"value": targets["low_value"]},
         agents.Batch(
@@ -110,30 +123,33 @@ def test_the_low_level_is_the_flat_agent_on_its_representation(hierarchy, batch)
         assert metrics[f"low_{name}"] == pytest.approx(float(value), rel=1e-5), name
 
 
-def test_acts_towards_the_best_candidate_of_each_example(hierarchy):
+def test_acts_towards_the_best_candidate_of_each_example(hierarchy, init):
     """Against a loop over examples and candidates; the flow's own samples are tested apart."""
-    params = hierarchy.init(jax.random.key(0))
+    params = init(jax.random.key(0))
     states, goals = jax.random.normal(jax.random.key(1), (2, 5, 4))
     key = jax.random.key(2)
-    actions = hierarchy.act(params, states, goals, key)
+    actions = jax.jit(hierarchy.act)(params, states, goals, key)
 
-    candidates = hierarchy.actor.sample(
+    sample = jax.jit(hierarchy.actor.sample, static_argnames="count")
+    candidates = sample(
         params["high_actor"],
         observations=states,
         goals=goals,
         count=32,
         key=jax.random.split(key)[0],
     )
+    members = [jax.tree.map(lambda leaf, i=i: leaf[i], params["high_critic"]) for i in range(2)]
+    criticise = jax.jit(hierarchy.values.critic.apply)
     for b in range(5):
         logits = [
             [
-                hierarchy.values.critic.apply(
-                    jax.tree.map(lambda leaf, i=i: leaf[i], params["high_critic"]),
+                criticise(
+                    member,
                     observations=states[b],
                     actions=candidates[n, b],
                     goals=goals[b],
                 ).item()
-                for i in range(2)
+                for member in members
             ]
             for n in range(32)
         ]
@@ -162,7 +178,7 @@ def test_standardized_the_levels_see_the_datas_own_scale(batch):
     np.testing.assert_array_equal(agent.low.statistics.deviation, np.ones(3))
     np.testing.assert_array_equal(agent.low.units, deviation[:3])
 
-    params = agent.init(jax.random.key(0))
+    params = jax.jit(agent.init)(jax.random.key(0))
     subgoals = jnp.zeros((8, 3))
     np.testing.assert_allclose(
         agent.follow(params, states, subgoals, jax.random.key(1)),
@@ -197,7 +213,7 @@ def test_samples_both_levels_goals_by_their_own_rules(hierarchy):
 
 
 def test_every_target_is_a_copy_of_a_network(hierarchy):
-    state = agents.create(hierarchy, jax.random.key(0))
+    state = jax.eval_shape(partial(agents.create, hierarchy), jax.random.key(0))
     assert set(state.target_params) == {"high_critic", "low_value"}
     assert set(state.params) == {
         "high_actor",
@@ -246,7 +262,7 @@ def test_motion_is_that_of_the_low_level_in_its_own_coordinates(direction, batch
     measured = moves / deviation[:3] if direction == "own" else moves
     expected = moves / deviation[:3] / np.linalg.norm(measured, axis=1, keepdims=True)
     assert hierarchy.residual_constants.direction == direction
-    params = hierarchy.init(jax.random.key(0))
+    params = jax.jit(hierarchy.init)(jax.random.key(0))
     learner, _, seen = hierarchy.value_learner(params, batch)
     motion = learner.direction(direction)
     np.testing.assert_allclose(

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.experimental.compilation_cache import compilation_cache
 
 from pigbench import agents
 from pigbench.agents import Agent, AgentConfig, Batch
@@ -96,7 +97,20 @@ def test_targets_are_not_under_the_optimiser(line):
     assert jax.tree.structure(moments.mu) == jax.tree.structure(state.params)
 
 
-def test_equal_arguments_give_equal_bits(gcivl):
+@pytest.fixture
+def uncached():
+    """What is compiled is compiled here, whatever the session keeps."""
+
+    def keep(programs: bool) -> None:
+        jax.config.update("jax_enable_compilation_cache", programs)
+        compilation_cache.reset_cache()
+
+    keep(False)
+    yield
+    keep(True)
+
+
+def test_equal_arguments_give_equal_bits(gcivl, uncached):
     """Two compilations, each scanned over three steps and mapped over two seeds."""
     batch = random_batch(jax.random.key(1))
 

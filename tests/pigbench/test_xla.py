@@ -31,8 +31,9 @@ SEVEN_AXES = textwrap.dedent(
 
 
 def run(program: str) -> subprocess.CompletedProcess[str]:
-    """The program in a process of its own, with no flags but those that pigbench sets."""
-    environment = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
+    """The program in a process that compiles it, with no flags but those that pigbench sets."""
+    kept = os.environ.keys() - {"XLA_FLAGS", "JAX_COMPILATION_CACHE_DIR"}
+    environment = {name: os.environ[name] for name in kept}
     command = [sys.executable, "-W", "always", "-c", program]
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
 
