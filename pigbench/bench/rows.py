@@ -1,37 +1,29 @@
 """Training timed with rows in each of their homes, each in a process of its own."""
 
-import dataclasses
+import contextlib
 import multiprocessing
-import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
-import numpy as np
 
 from pigbench import agents, envs
 from pigbench.agents import Statistics
-from pigbench.bench.timing import Contender
-from pigbench.data import collect, dataset, homes
-from pigbench.data.defaults import EPISODE_ROWS
+from pigbench.bench.timing import Contender, Timing
+from pigbench.bench.turns import Turns, take_turns
+from pigbench.data import dataset, homes
+from pigbench.data.dataset import Split
 from pigbench.data.homes import Home
-from pigbench.data.manifest import Shard, Spec
-from pigbench.data.writer import Writer
-from pigbench.envs.oracles import POLICIES
 from pigbench.errors import UserError
 from pigbench.support import files
-from pigbench.support.progress import Progress
 from pigbench.training import batches
-from pigbench.training.provenance import package_versions
 from pigbench.training.restore import agent_for
 from pigbench.training.train import make_updates
 
 _METHOD, _PRESET = "gcivl", "cpu"
-_EPISODES_PER_SHARD, _SIMULATED = 50, 5  # a shard repeats the simulated episodes
 
 
 class Trainer:
@@ -104,47 +96,46 @@ def _resident() -> int:
     return sum(int(values[name].split()[0]) * 1024 for name in ("RssAnon", "RssShmem"))
 
 
-@contextmanager
-def throw_away(environment: str, transitions: int, folder: Path | None) -> Iterator[Path]:
-    """A temporary data set of that size: a few simulated episodes, repeated.
+class Measured(NamedTuple):
+    """Measurements by the home of the rows; sizes are in bytes, without pages of files."""
 
-    It is made in `folder`, by default the system's folder of temporary files.
-    """
-    with tempfile.TemporaryDirectory(prefix="pigbench-rows-", dir=folder) as made:
-        _write(environment, transitions, Path(made) / "data")
-        yield Path(made) / "data"
+    timings: Mapping[str, Timing]
+    opened: Mapping[str, float]  # seconds
+    resident: Mapping[str, int]
 
 
-def _write(environment: str, transitions: int, folder: Path) -> None:
-    env = envs.make(environment)
-    episodes = -(-transitions // (EPISODE_ROWS - 1))
-    spec = Spec(
-        environment=environment,
-        policy="play",
-        physics=env.scene.profile,
-        engine=env.backend,
-        seed=0,
-        episodes={"train": episodes},
-        episodes_per_shard=_SIMULATED,
-        rows_per_episode=EPISODE_ROWS,
-        fields=collect.COMPACT,
-        layout=dataset.sizes(env.layout),
-        action_size=env.action_size,
-        versions=package_versions(),
-    )
-    simulate = collect.simulator(env, POLICIES["play"](env.scene), spec)
-    with Progress("simulating", total=EPISODE_ROWS, unit="control steps") as progress:
-        simulated = simulate(Shard("", "train", 0, _SIMULATED), progress.advance).arrays
-    arrays = {
-        field: np.concatenate([array] * (_EPISODES_PER_SHARD // _SIMULATED))
-        for field, array in simulated.items()
-    }
-    spec = dataclasses.replace(spec, episodes_per_shard=_EPISODES_PER_SHARD)
-    writer = Writer(folder, spec)
-    missing = writer.missing()
-    collect.require_room(env, spec.fields, episodes * EPISODE_ROWS, folder)
-    with Progress("writing", total=len(missing), unit="shards") as progress:
-        for part in missing:
-            rows = part.episodes * EPISODE_ROWS
-            writer.write(part, {field: array[:rows] for field, array in arrays.items()})
-            progress.advance(1)
+def possible(split: Split) -> tuple[Home, list[str]]:
+    """The home that `auto` chooses for the rows, and the names of all homes that they fit."""
+    home = homes.choose("auto", split)
+    return home, ["device", "disk"] if home.name == "device" else ["disk"]
+
+
+def measure(folder: Path, names: Sequence[str], turns: Turns) -> Measured:
+    """Time training on the data set in `folder` with its rows in each of the named homes."""
+    with contextlib.ExitStack() as stack:
+        trainers = {
+            name: stack.enter_context(contextlib.closing(Trainer(folder, name))) for name in names
+        }
+        contenders = [trainer.contender() for trainer in trainers.values()]
+        return Measured(
+            timings=take_turns("bench rows", contenders, turns),
+            opened={name: trainer.seconds_to_open for name, trainer in trainers.items()},
+            resident={name: trainer.resident() for name, trainer in trainers.items()},
+        )
+
+
+def table(measured: Measured) -> list[tuple[str, ...]]:
+    """One line per home, compared with the first, and a header."""
+    first = next(iter(measured.timings))
+    lines = [
+        (
+            name,
+            f"{measured.opened[name]:.2f}",
+            f"{1 / timing.median:.1f}",
+            f"{measured.timings[first].ratio(timing):.2f}",
+            f"{measured.resident[name] / 1e9:.2f}",
+        )
+        for name, timing in measured.timings.items()
+    ]
+    header = ("rows on", "s to open", "updates per second", f"times {first}", "GB resident")
+    return [header, *lines]

@@ -1,11 +1,42 @@
 """Processor time that commands take to start, each in a process of its own."""
 
 import os
+import statistics
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pigbench.errors import UserError
+from pigbench.support.progress import Progress
+
+_STARTED = (
+    "--help",
+    "list envs",
+    "list methods",
+    "data info --help",
+    "table --help",
+    "plot --help",
+    "suite status --help",
+    "generate --help",
+    "train --help",
+)
+
+
+def measure(turns: int) -> Mapping[str, Sequence[float]]:
+    """The processor seconds that some commands take, in each turn."""
+    taken: dict[str, list[float]] = {command: [] for command in _STARTED}
+    with Progress("bench startup", total=turns * len(taken), unit="starts") as progress:
+        for _ in range(turns):
+            for command, times in taken.items():
+                times.append(seconds(command.split()))
+                progress.advance(1, command)
+    return taken
+
+
+def table(taken: Mapping[str, Sequence[float]]) -> list[tuple[str, ...]]:
+    """The median of each command, with a header."""
+    lines = [(name, f"{statistics.median(times):.2f}") for name, times in taken.items()]
+    return [("pigbench", "processor seconds"), *lines]
 
 
 def seconds(arguments: Sequence[str]) -> float:

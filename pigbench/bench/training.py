@@ -1,13 +1,13 @@
 """Training, timed: the updates of methods on rows of noise."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import jax
 import numpy as np
 
 from pigbench import agents, envs
 from pigbench.agents import AgentConfig, Statistics
-from pigbench.bench.timing import Contender
+from pigbench.bench.timing import Contender, Timing
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.sampler import Rows
 from pigbench.training.batches import Drawn
@@ -22,6 +22,21 @@ def contenders(environment: str, methods: Iterable[str], preset: str) -> list[Co
     env = envs.make(environment)
     rows = noise(env)
     return [updates(env, rows, method, agents.get(method).preset(preset)) for method in methods]
+
+
+def table(timings: Mapping[str, Timing]) -> list[tuple[str, ...]]:
+    """One line per method, compared with the first, and a header."""
+    reference = next(iter(timings))
+    lines = [
+        (
+            name,
+            f"{1e3 * timing.median:.1f}",
+            f"{timing.ratio(timings[reference]):.2f}",
+            f"{timing.first - timing.median:.1f}",
+        )
+        for name, timing in timings.items()
+    ]
+    return [("method", "ms per update", f"times {reference}", "s to compile"), *lines]
 
 
 def updates(

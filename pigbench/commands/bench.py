@@ -1,38 +1,18 @@
 """`pigbench bench`: running times, side by side."""
 
-import contextlib
 import dataclasses
-import statistics
-from collections.abc import Mapping
 from pathlib import Path
 
-import jax
 import tyro
 
 from pigbench import agents, envs
-from pigbench.bench import peers, rows, simulation, startup, training
-from pigbench.bench.timing import Contender, Timing, alternate
+from pigbench.bench import comparison, rows, startup, throwaway, training
+from pigbench.bench.turns import Turns, save, take_turns
 from pigbench.data import dataset, homes
 from pigbench.errors import UserError
-from pigbench.fidelity import peer
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files, memory
-from pigbench.support.progress import Progress
-from pigbench.training.provenance import surroundings
-
-
-@dataclasses.dataclass(frozen=True)
-class Turns:
-    """How contenders take turns; medians are over turns."""
-
-    turns: int = 5
-    """Turns per contender."""
-    seconds: float = 2.0
-    """Length of a turn in seconds."""
-
-    def __post_init__(self) -> None:
-        if self.turns < 1:
-            raise UserError(f"turns is {self.turns}: it must be at least 1")
+from pigbench.training import provenance
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,24 +39,8 @@ class Train:
         contenders = training.contenders(
             self.environment, self.methods or agents.names(), self.preset
         )
-        timings = measure("bench train", contenders, self.turns)
-        reference = next(iter(timings))
-        print(
-            markdown_grid(
-                [
-                    ("method", "ms per update", f"times {reference}", "s to compile"),
-                    *(
-                        (
-                            name,
-                            f"{1e3 * timing.median:.1f}",
-                            f"{timing.ratio(timings[reference]):.2f}",
-                            f"{timing.first - timing.median:.1f}",
-                        )
-                        for name, timing in timings.items()
-                    ),
-                ]
-            )
-        )
+        timings = take_turns("bench train", contenders, self.turns)
+        print(markdown_grid(training.table(timings)))
         save(self.json, self, timings)
 
 
@@ -107,20 +71,14 @@ class Generate:
         if self.simulations < 1:
             raise UserError(f"simulations is {self.simulations}: it must be at least 1")
         memory.require(self.simulations)
-        contenders = [peers.generation(self.environment)]
+        contenders = comparison.generation(
+            self.environment, self.simulations, engine=self.engine, profiles=self.physics
+        )
+        timings = take_turns("bench generate", contenders, self.turns)
+        print(markdown_grid(comparison.table(timings)))
         for profile in self.physics:
-            env = envs.make(self.environment, engine=self.engine, profile=profile)
-            name = f"pigbench {profile}"
-            contenders += [
-                simulation.generation(env, self.simulations, name=name),
-                simulation.engine(env, self.simulations, name=f"{name}, engine alone"),
-            ]
-        timings = measure("bench generate", contenders, self.turns)
-        _print_rates(timings)
-        for profile in self.physics:
-            ours = timings[f"pigbench {profile}"]
-            engine = timings[f"pigbench {profile}, engine alone"]
-            print(f"{profile}: {engine.ratio(ours):.2f} of the engine's rate alone")
+            share = comparison.share_of_engine(timings, profile)
+            print(f"{profile}: {share:.2f} of the engine's rate alone")
         save(self.json, self, timings)
 
 
@@ -148,19 +106,16 @@ class Evaluate:
     def run(self) -> None:
         """Measure and print a table."""
         files.require_files(self.json)
-        environments = {
-            profile: envs.make(self.environment, engine=self.engine, profile=profile)
-            for profile in self.physics
-        }
-        ours = [
-            simulation.evaluation(
-                env, self.episodes, self.method, self.preset, name=f"pigbench {profile}"
-            )
-            for profile, env in environments.items()
-        ]
-        theirs = peers.evaluation(envs.make(self.environment), self.method, self.preset)
-        timings = measure("bench evaluate", [theirs, *ours], self.turns)
-        _print_rates(timings)
+        contenders = comparison.evaluation(
+            self.environment,
+            self.episodes,
+            method=self.method,
+            preset=self.preset,
+            engine=self.engine,
+            profiles=self.physics,
+        )
+        timings = take_turns("bench evaluate", contenders, self.turns)
+        print(markdown_grid(comparison.table(timings)))
         save(self.json, self, timings)
 
 
@@ -187,49 +142,16 @@ class Rows:
         if self.transitions < 1:
             raise UserError(f"transitions is {self.transitions}: it must be at least 1")
         files.require_files(self.json)
-        with rows.throw_away(self.environment, self.transitions, self.folder) as data:
+        with throwaway.dataset(self.environment, self.transitions, self.folder) as data:
             split = dataset.load(data).split("train")
-            home = homes.choose("auto", split)
-            names = ["device", "disk"] if home.name == "device" else ["disk"]
+            home, possible = rows.possible(split)
             print(
                 f"{split.rows:,} rows, {homes.size(split) / 1e9:.1f} GB, a few simulated episodes "
                 f"repeated; auto chooses {home}"
             )
-            with contextlib.ExitStack() as stack:
-                trainers = {
-                    name: stack.enter_context(contextlib.closing(rows.Trainer(data, name)))
-                    for name in names
-                }
-                contenders = [trainer.contender() for trainer in trainers.values()]
-                timings = measure("bench rows", contenders, self.turns)
-                resident = {name: trainer.resident() for name, trainer in trainers.items()}
-        lines = [
-            (
-                name,
-                f"{trainers[name].seconds_to_open:.2f}",
-                f"{1 / timing.median:.1f}",
-                f"{timings[names[0]].ratio(timing):.2f}",
-                f"{resident[name] / 1e9:.2f}",
-            )
-            for name, timing in timings.items()
-        ]
-        header = ("rows on", "s to open", "updates per second", f"times {names[0]}", "GB resident")
-        print(markdown_grid([header, *lines]))
-        opened = {name: trainer.seconds_to_open for name, trainer in trainers.items()}
-        save(self.json, self, timings, opened=opened, resident=resident)
-
-
-_STARTED = (
-    "--help",
-    "list envs",
-    "list methods",
-    "data info --help",
-    "table --help",
-    "plot --help",
-    "suite status --help",
-    "generate --help",
-    "train --help",
-)
+            measured = rows.measure(data, possible, self.turns)
+        print(markdown_grid(rows.table(measured)))
+        save(self.json, self, measured.timings, opened=measured.opened, resident=measured.resident)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -246,54 +168,6 @@ class Startup:
         if self.turns < 1:
             raise UserError(f"turns is {self.turns}: it must be at least 1")
         files.require_files(self.json)
-        taken: dict[str, list[float]] = {command: [] for command in _STARTED}
-        with Progress("bench startup", total=self.turns * len(taken), unit="starts") as progress:
-            for _ in range(self.turns):
-                for command, times in taken.items():
-                    times.append(startup.seconds(command.split()))
-                    progress.advance(1, command)
-        lines = [(name, f"{statistics.median(times):.2f}") for name, times in taken.items()]
-        print(markdown_grid([("pigbench", "processor seconds"), *lines]))
-        if self.json is not None:
-            files.write_json(self.json, {"seconds": taken} | surroundings())
-
-
-def _print_rates(timings: Mapping[str, Timing]) -> None:
-    """Print control steps per second, and their ratio to the peer's."""
-    lines = [
-        (
-            name,
-            f"{1 / timing.median:,.0f}",
-            f"{timings[peer.NAME].ratio(timing):.1f}",
-            f"{timing.first:.1f}",
-        )
-        for name, timing in timings.items()
-    ]
-    header = ("", "control steps per second", f"times {peer.NAME}", "s of the first call")
-    print(markdown_grid([header, *lines]))
-
-
-def measure(task: str, contenders: list[Contender], turns: Turns) -> Mapping[str, Timing]:
-    """Time all contenders, by name, showing progress; compilation is not cached."""
-    jax.config.update("jax_enable_compilation_cache", False)  # compilation is timed too
-    total = (turns.turns + 1) * len(contenders)
-    with Progress(task, total=total, unit="turns") as progress:
-        return alternate(
-            contenders,
-            turns=turns.turns,
-            seconds=turns.seconds,
-            report=lambda name: progress.advance(1, name),
-        )
-
-
-def save(path: Path | None, command: object, timings: Mapping[str, Timing], **more: object) -> None:
-    """Save a command's settings, all seconds and `more`, with machine and versions."""
-    if path is None:
-        return
-    settings = {name: value for name, value in vars(command).items() if not isinstance(value, Path)}
-    settings["turns"] = dataclasses.asdict(settings["turns"])
-    content = {
-        "settings": settings,
-        "seconds": {name: dataclasses.asdict(timing) for name, timing in timings.items()},
-    }
-    files.write_json(path, content | more | surroundings())
+        taken = startup.measure(self.turns)
+        print(markdown_grid(startup.table(taken)))
+        provenance.save(self.json, seconds=taken)

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 import tyro
 
-from pigbench.data import dataset, filter, hub, manifest
+from pigbench.data import dataset, hub, manifest, selection
 from pigbench.data.quality import CRITERIA, Limits
 from pigbench.errors import UserError, lookup
 from pigbench.report.formats import markdown_grid
@@ -89,11 +89,11 @@ class Filter:
     def run(self) -> None:
         """Judge the episodes, write the good ones and report."""
         data = dataset.load(self.folder)
-        judged = filter.judge(data, self.criteria, self.limits)
-        print(markdown_grid(filter.table(judged, self.criteria, self.limits)))
-        print(f"\n{filter.summary(judged)}")
-        filter.write(data, self.out, judged, self.criteria, self.limits)
-        filter.write_report(self.out, data, judged, self.limits)
+        judged = selection.judge(data, self.criteria, self.limits)
+        print(markdown_grid(selection.table(judged, self.criteria, self.limits)))
+        print(f"\n{selection.summary(judged)}")
+        selection.write(data, self.out, judged, self.criteria, self.limits)
+        selection.write_report(self.out, data, judged, self.limits)
         print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
 
 

@@ -1,19 +1,16 @@
 """`pigbench table`, `plot` and `report`: the results of runs, from their saved files alone."""
 
 import dataclasses
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from pigbench import agents, envs
 from pigbench.errors import UserError, lookup
-from pigbench.page import place
-from pigbench.report import stats, tables
+from pigbench.page import make
+from pigbench.report import order, stats, tables
 from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Result
-from pigbench.support.extras import required
 from pigbench.training.run import read_run
 
 Runs = tyro.conf.Positional[tuple[Path, ...]]
@@ -24,11 +21,6 @@ def _results(runs: tuple[Path, ...]) -> list[Result]:
     if not runs:
         raise UserError("no runs are given: name the folders of one or more")
     return stats.read_results(read_run(run) for run in runs)
-
-
-def order() -> tuple[str, ...]:
-    """The order of names in tables and figures: that of registration."""
-    return (*agents.names(), *envs.names())
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,7 +46,7 @@ class Table:
         """Print the tables."""
         makers = [lookup("table", tables.TABLES, name) for name in self.show]
         results = _results(self.runs)
-        made = [make(results, order=order(), scoring=self.scoring) for make in makers]
+        made = [maker(results, order=order.registered(), scoring=self.scoring) for maker in makers]
         print(tables.render_all(made, self.format))
 
 
@@ -78,7 +70,11 @@ class Plot:
         from pigbench.report import plots  # imports Matplotlib, which tables do not need
 
         plots.plot(
-            _results(self.runs), self.out, kind=self.kind, order=order(), scoring=self.scoring
+            _results(self.runs),
+            self.out,
+            kind=self.kind,
+            order=order.registered(),
+            scoring=self.scoring,
         )
         print(f"{self.out} is drawn")
 
@@ -98,13 +94,4 @@ class Report:
 
     def run(self) -> None:
         """Make the page."""
-        print(f"{write_page(self.runs, self.out, self.scoring)} is written")
-
-
-def write_page(folders: Sequence[Path], out: Path, scoring: Scoring | None = None) -> Path:
-    """Write the page and return its file. Raises UserError, e.g. if a package is missing."""
-    place.require_own(out)  # before the work, not after it
-    required("bokeh", "jinja2", extra="report")
-    from pigbench.page import page
-
-    return page.write(folders, out, order=order(), scoring=scoring)
+        print(f"{make.page(self.runs, self.out, self.scoring)} is written")

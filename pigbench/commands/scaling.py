@@ -1,22 +1,18 @@
 """`pigbench bench scale` and `bench memory`: the cost of more simulations and more cubes."""
 
 import dataclasses
-import itertools
-from collections.abc import Mapping
 from pathlib import Path
 
 import tyro
 
 from pigbench import devices, envs
-from pigbench.bench import scaling, simulation
+from pigbench.bench import footprint, scaling
 from pigbench.bench.scaling import Point
-from pigbench.bench.timing import Timing
-from pigbench.commands.bench import Turns, measure, save
+from pigbench.bench.turns import Turns, save, take_turns
 from pigbench.errors import UserError
 from pigbench.report import canvas
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files, memory
-from pigbench.support.progress import Progress
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,31 +47,14 @@ class Scale:
         _check(*self.simulations, self.batch)
         grown = [Point(self.environment, count) for count in self.simulations]
         compared = [Point(name, self.batch) for name in self.environments]
-        contenders = [
-            simulation.steps(
-                envs.make(point.environment, engine=self.engine, profile=self.physics),
-                point.simulations,
-                name=point.name,
-            )
-            for point in dict.fromkeys([*grown, *compared])
-        ]
-        timings = measure("bench scale", contenders, self.turns)
-        print(markdown_grid([_HEADER, *map(_line, timings.items())]))
-        scaling.draw(_of(timings, grown), _of(timings, compared), self.out)
+        contenders = scaling.contenders(
+            [*grown, *compared], engine=self.engine, profile=self.physics
+        )
+        timings = take_turns("bench scale", contenders, self.turns)
+        print(markdown_grid(scaling.table(timings)))
+        scaling.draw(timings, grown, compared, self.out)
         print(f"{self.out} is drawn")
         save(self.json, self, timings)
-
-
-_HEADER = ("environment, simulations", "control steps per second", "s of the first call")
-
-
-def _line(item: tuple[str, Timing]) -> tuple[str, ...]:
-    name, timing = item
-    return (name, f"{1 / timing.median:,.0f}", f"{timing.first:.1f}")
-
-
-def _of(timings: Mapping[str, Timing], points: list[Point]) -> dict[Point, Timing]:
-    return {point: timings[point.name] for point in points}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -100,20 +79,10 @@ class Memory:
         """Compile and print a table."""
         _check(*self.simulations)
         devices.backend()
-        lines = []
-        points = list(itertools.product(self.engine, self.simulations))
-        with Progress("compiling", total=len(points), unit="programs") as progress:
-            for engine, count in points:
-                env = envs.make(self.environment, engine=engine, profile=self.physics)
-                size = scaling.footprint(env, count)
-                fitting = int(1e9 * self.card / size.total * count)
-                each = f"{size.total / count / 1e3:,.1f}"
-                lines.append(
-                    (engine, f"{count:,}", f"{size.total / 1e6:,.1f}", each, f"{fitting:,}")
-                )
-                progress.advance(1, engine)
-        header = ("engine", "simulations", "MB", "kB per simulation", f"fit in {self.card:g} GB")
-        print(markdown_grid([header, *lines]))
+        footprints = footprint.measure(
+            self.environment, self.simulations, engines=self.engine, profile=self.physics
+        )
+        print(markdown_grid(footprint.table(footprints, card=self.card)))
 
 
 def _check(*counts: int) -> None:

@@ -7,8 +7,7 @@ import tyro
 
 from pigbench.report.formats import markdown_grid
 from pigbench.suite import spec
-from pigbench.suite.spec import Suite
-from pigbench.suite.status import status
+from pigbench.suite.status import status, table
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,18 +19,5 @@ class SuiteStatus:
 
     def run(self) -> None:
         """Print one line per cell."""
-        print_status(spec.read_kept(self.out / spec.KEPT), self.out)
-
-
-def print_status(suite: Suite, out: Path) -> None:
-    """Print one line per cell of the suite in the folder `out`."""
-    lines = [
-        (
-            cell.name,
-            state,
-            f"{steps:,} of {cell.environment.steps:,}",
-            "" if success is None else f"{success:.1f}",
-        )
-        for cell, state, steps, success in status(suite, out)
-    ]
-    print(markdown_grid([("cell", "state", "updates", "success (%)"), *lines]))
+        suite = spec.read_kept(self.out / spec.KEPT)
+        print(markdown_grid(table(status(suite, self.out))))

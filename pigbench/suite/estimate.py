@@ -1,6 +1,6 @@
 """An estimate of how long a suite will take, from rates measured on this machine."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,8 +10,8 @@ from pigbench.bench import simulation, training
 from pigbench.bench.timing import alternate
 from pigbench.suite.jobs import data_folder
 from pigbench.suite.spec import Cell, Environment, Suite
-from pigbench.suite.status import DONE, is_complete, status
-from pigbench.support.progress import Progress
+from pigbench.suite.status import DONE, Status, is_complete, status
+from pigbench.support.progress import Progress, duration
 
 _SECONDS = 1.0  # spent on measuring each rate
 
@@ -57,6 +57,24 @@ def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: 
             )
             for cell, done in todo
         },
+    )
+
+
+def table(times: Estimate, cells: Sequence[Status]) -> list[tuple[str, ...]]:
+    """One line per cell, with a header."""
+    lines = [
+        (cell.name, state, duration(times.cells[cell]) if cell in times.cells else "")
+        for cell, state, *_ in cells
+    ]
+    return [("cell", "state", "time"), *lines]
+
+
+def summary(times: Estimate, *, workers: int) -> str:
+    """The time in total, and what several trainings at once can save."""
+    data, cells = sum(times.data.values()), sum(times.cells.values())
+    return (
+        f"about {duration(data)} for data and {duration(cells)} for training, one run after "
+        f"another; {workers} at once shorten that by a factor of at most {workers}"
     )
 
 

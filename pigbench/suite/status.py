@@ -1,7 +1,6 @@
 """The progress of a suite, determined from its files alone."""
 
 import json
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -10,6 +9,7 @@ from pigbench.data import manifest
 from pigbench.errors import UserError
 from pigbench.report.stats import success_rate
 from pigbench.suite import runner
+from pigbench.suite.logs import last_lines, log_path
 from pigbench.suite.spec import Cell, Suite
 from pigbench.support.lock import is_held
 from pigbench.training import episodes
@@ -26,11 +26,6 @@ class Status(NamedTuple):
     state: str
     steps: int
     success: float | None
-
-
-def log_path(out: Path, job: str) -> Path:
-    """The file with the output of a job of the suite in `out`."""
-    return out / "logs" / f"{job}.log"
 
 
 def status(suite: Suite, out: Path) -> list[Status]:
@@ -65,12 +60,18 @@ def is_complete(folder: Path) -> bool:
         return False
 
 
-def last_lines(log: Path, count: int) -> Sequence[str]:
-    """The last lines of a log that are not blank; none if there is no log."""
-    if not log.exists():
-        return []
-    text = log.read_text(encoding="utf-8", errors="replace")
-    return [line for line in re.split(r"[\r\n]+", text) if line.strip()][-count:]
+def table(cells: Sequence[Status]) -> list[tuple[str, ...]]:
+    """One line per cell, with a header."""
+    lines = [
+        (
+            cell.name,
+            state,
+            f"{steps:,} of {cell.environment.steps:,}",
+            "" if success is None else f"{success:.1f}",
+        )
+        for cell, state, steps, success in cells
+    ]
+    return [("cell", "state", "updates", "success (%)"), *lines]
 
 
 def _status(cell: Cell, out: Path) -> Status:

@@ -11,7 +11,7 @@ from typing import Any
 import jax
 
 from pigbench import settings
-from pigbench.support import typed
+from pigbench.support import files, typed
 
 PACKAGES = ("pigbench", "jax", "mujoco")
 
@@ -51,6 +51,12 @@ def surroundings() -> dict[str, Any]:
         },
         "numerics": settings.in_force(),
     }
+
+
+def save(path: Path | None, **content: Any) -> None:
+    """Write a result with its surroundings to a JSON file, if there is one for it."""
+    if path is not None:
+        files.write_json(path, content | surroundings())
 
 
 def _commit() -> str | None:

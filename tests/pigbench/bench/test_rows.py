@@ -2,11 +2,11 @@ import json
 import re
 
 from pigbench import cli
-from pigbench.bench import rows
+from pigbench.bench import throwaway
 
 
 def test_both_homes_of_rows_are_timed_and_nothing_is_left(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(rows, "EPISODE_ROWS", 21)
+    monkeypatch.setattr(throwaway, "EPISODE_ROWS", 21)
     (tmp_path / "scratch").mkdir()
     cli.run(
         [

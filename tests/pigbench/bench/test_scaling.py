@@ -1,9 +1,8 @@
-"""Scaling: the table, the picture, and memory against the sizes of what goes in and out."""
+"""Scaling: the table and the picture."""
 
 import pytest
 
-from pigbench import cli, envs
-from pigbench.bench import scaling
+from pigbench import cli
 from pigbench.errors import UserError
 
 
@@ -16,23 +15,6 @@ def test_batches_and_environments_are_timed_and_drawn(tmp_path, capsys):
     names = [line.split("|")[1].strip() for line in lines if line.startswith("| cube")]
     assert names == ["cube-single, 1", "cube-single, 3", "cube-double, 3"]
     assert picture.read_bytes().startswith(b"\x89PNG")
-
-
-def test_what_goes_in_and_out_is_counted():
-    env = envs.make("cube-single")
-    # qpos 21, qvel 20, warm start 20, pinch 3 and 1, force 1 in four bytes each, and two flags.
-    state = 4 * (21 + 20 + 20 + 3 + 1 + 1) + 2
-    for count in (1, 8):
-        size = scaling.footprint(env, count)
-        assert size.arguments == count * (state + 4 * env.action_size)
-        assert size.results >= count * state
-        assert size.total == size.arguments + size.results + size.temporary
-
-
-def test_memory_is_tabled(capsys):
-    cli.run(["bench", "memory", "cube-single", "--engine", "mujoco", "--simulations", "2", "4"])
-    lines = [line.split("|") for line in capsys.readouterr().out.splitlines() if "mujoco" in line]
-    assert [line[2].strip() for line in lines] == ["2", "4"]
 
 
 @pytest.mark.parametrize("command", ["scale", "memory"])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pigbench import cli
-from pigbench.data import dataset, filter, manifest, quality
+from pigbench.data import dataset, manifest, quality, selection
 from pigbench.data.manifest import Spec
 from pigbench.data.quality import CRITERIA, Episode, Limits
 from pigbench.data.writer import Writer
@@ -126,7 +126,7 @@ def test_good_episodes_are_kept_as_they_are(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "kept: 3 of 7 episodes, 21 of 45 rows (47 %)" in printed
     assert "| success   | brought to within 0.05 m of the goal, or away |" in printed
-    report = json.loads((out / filter.REPORT).read_text())
+    report = json.loads((out / selection.REPORT).read_text())
     assert [one["fails"] for one in report["dropped"]] == [
         *[["success", "length"]] * 3,
         ["success"],
