@@ -1,6 +1,6 @@
 """What one environment and a batch have in common: spaces, goal representations and pictures."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import jax
@@ -18,6 +18,7 @@ from pigbench.envs.units import metres
 from pigbench.errors import UserError, lookup
 
 RENDER_MODE = "rgb_array"
+RESET_OPTIONS = ("task_id", "render_goal")
 METADATA = {"render_modes": [RENDER_MODE], "render_fps": round(1 / CONTROL_STEP)}
 
 
@@ -54,6 +55,14 @@ class Simulation:
         self.step = jax.jit(jax.vmap(self.env.step))
         self._height, self._width = height, width
         self._renderer: Renderer | None = None
+
+    @property
+    def task_infos(self) -> list[dict[str, Any]]:
+        """The tasks in order, in OGBench's form; positions are (num_cubes, 3) in metres."""
+        return [
+            {"task_name": task.name, "init_xyzs": task.start_xyz, "goal_xyzs": task.goal_xyz}
+            for task in self.env.spec.tasks
+        ]
 
     def keys(self, draws: np.random.Generator, count: int) -> jax.Array:
         """`count` random keys, (count,)."""
@@ -118,6 +127,13 @@ class Simulation:
                 self.env.spec.num_cubes, height=self._height, width=self._width
             )
         return self._renderer.draw(qpos, target)
+
+
+def known_options(given: Mapping[str, Any] | None, names: Iterable[str]) -> Mapping[str, Any]:
+    """The options of a reset. Raises UserError for one whose name is not in `names`."""
+    for name in given or {}:
+        lookup("option of reset", dict.fromkeys(names), name)
+    return given or {}
 
 
 def observations(states: State) -> np.ndarray:

@@ -7,7 +7,13 @@ import jax
 import numpy as np
 
 from pigbench.envs import State
-from pigbench.gym.simulation import METADATA, Simulation, observations
+from pigbench.gym.simulation import (
+    METADATA,
+    RESET_OPTIONS,
+    Simulation,
+    known_options,
+    observations,
+)
 
 
 class SingleEnv(gymnasium.Env):
@@ -15,14 +21,16 @@ class SingleEnv(gymnasium.Env):
 
     `reset` takes the options `task_id`, from 1 to the number of tasks and drawn by default, and
     `render_goal`; its `info` has "goal", and "goal_rendered" if requested. `step` rewards success
-    with 1, which ends the episode; a diverging simulation truncates it. The constructor's options
-    are those of `Simulation`.
+    with 1, which ends the episode; a diverging simulation truncates it. `task_infos` lists the
+    tasks. The constructor's options are those of `Simulation`.
     """
 
     metadata = METADATA
 
     def __init__(self, name: str, *, render_mode: str | None = None, **options: Any) -> None:
         self._simulation = Simulation(name, render_mode=render_mode, **options)
+        self.task_infos = self._simulation.task_infos
+        self.num_tasks = len(self.task_infos)
         self.observation_space = self._simulation.observation_space
         self.action_space = self._simulation.action_space
         self.render_mode = render_mode
@@ -31,9 +39,9 @@ class SingleEnv(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Start a task."""
+        """Start a task. Raises UserError for an invalid task id or an unknown option."""
         super().reset(seed=seed)
-        options = options or {}
+        options = known_options(options, RESET_OPTIONS)
         tasks = self._simulation.tasks(self.np_random, options, 1)
         states: State = self._simulation.reset(self._simulation.keys(self.np_random, 1), tasks)
         self._states = states

@@ -11,7 +11,15 @@ from gymnasium.vector.utils import batch_space
 
 from pigbench.envs import State
 from pigbench.errors import UserError
-from pigbench.gym.simulation import METADATA, Simulation, observations
+from pigbench.gym.simulation import (
+    METADATA,
+    RESET_OPTIONS,
+    Simulation,
+    known_options,
+    observations,
+)
+
+_NEVER = -1  # Gymnasium's time limit for none
 
 
 class BatchEnv(VectorEnv):
@@ -19,7 +27,10 @@ class BatchEnv(VectorEnv):
 
     `reset` takes the options `task_id`, one for all or one per environment, and `reset_mask`
     (num_envs,) of the environments to restart, by default all. Otherwise like `SingleEnv`, with one
-    value per environment, but without `render_goal`.
+    value per environment; with `render_goal`, "goal_rendered" shows all goals. A time limit of -1
+    is none, as in `gymnasium.make`.
+
+    Raises UserError for a number of environments or a time limit that cannot be.
     """
 
     metadata = METADATA | {"autoreset_mode": AutoresetMode.DISABLED}
@@ -33,14 +44,24 @@ class BatchEnv(VectorEnv):
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
+        if num_envs < 1:
+            raise UserError(f"num_envs is {num_envs}: it must be at least 1")
+        if max_episode_steps is not None and max_episode_steps < 1 and max_episode_steps != _NEVER:
+            raise UserError(
+                f"max_episode_steps is {max_episode_steps}: it must be at least 1, or {_NEVER} for "
+                "no limit"
+            )
         self._simulation = Simulation(name, render_mode=render_mode, **options)
+        self.task_infos = self._simulation.task_infos
+        self.num_tasks = len(self.task_infos)
         self.num_envs = num_envs
         self.single_observation_space = self._simulation.observation_space
         self.single_action_space = self._simulation.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.render_mode = render_mode
-        self._limit = max_episode_steps or self._simulation.env.episode_length
+        limit = max_episode_steps or self._simulation.env.episode_length
+        self._limit = np.inf if limit == _NEVER else limit
         self._lengths = np.zeros(num_envs, np.int64)
         self._states: State | None = None
 
@@ -49,12 +70,12 @@ class BatchEnv(VectorEnv):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Start a task in every environment, or in those of the mask.
 
-        Raises UserError for an invalid seed, task id or mask.
+        Raises UserError for an invalid seed, task id or mask, or an unknown option.
         """
         if not isinstance(seed, int | np.integer | None):
             raise UserError(f"seed is {seed!r}: it must be one integer for all environments")
         super().reset(seed=seed)
-        options = options or {}
+        options = known_options(options, (*RESET_OPTIONS, "reset_mask"))
         tasks = self._simulation.tasks(self.np_random, options, self.num_envs)
         keys = self._simulation.keys(self.np_random, self.num_envs)
         fresh = self._simulation.reset(keys, tasks)
@@ -62,7 +83,11 @@ class BatchEnv(VectorEnv):
         if self._states is not None:
             fresh = _choose(jnp.asarray(anew), fresh, self._states)
         self._states, self._lengths = fresh, np.where(anew, 0, self._lengths)
-        return observations(fresh), self._info(fresh)
+        extra = {}
+        if options.get("render_goal", False):
+            draw = self._simulation.draw_goal
+            extra["goal_rendered"] = np.stack([draw(fresh, i) for i in range(self.num_envs)])
+        return observations(fresh), self._info(fresh, **extra)
 
     def step(
         self, actions: np.ndarray
@@ -102,8 +127,9 @@ class BatchEnv(VectorEnv):
             raise error.ResetNeeded("call reset first")
         return self._states
 
-    def _info(self, states: State) -> dict[str, Any]:
+    def _info(self, states: State, **extra: np.ndarray) -> dict[str, Any]:
         info = {
+            **extra,
             "goal": self._simulation.goals(states),
             "success": np.asarray(states.info["success"]),
             "task_id": np.asarray(states.info["task"]),

@@ -30,16 +30,19 @@ def batch():
     env.close()
 
 
-def evaluate(env, act, *, task, steps):
-    """An episode in the habit of OGBench's evaluation."""
-    observation, info = env.reset(seed=0, options={"task_id": task, "render_goal": False})
-    goal, done, trajectory = info["goal"], False, [observation]
-    while not done and len(trajectory) <= steps:
-        action = np.clip(act(observation, goal), -1, 1)
-        observation, _, terminated, truncated, info = env.step(action)
-        done = terminated or truncated
-        trajectory.append(observation)
-    return goal, np.array(trajectory), bool(info["success"]), done
+def evaluate(env, act, *, steps):
+    """An episode of every task, by its name, in the habit of OGBench's evaluation."""
+    tasks = env.unwrapped.task_infos
+    for task in range(1, len(tasks) + 1):
+        observation, info = env.reset(seed=0, options={"task_id": task, "render_goal": False})
+        goal, done, trajectory = info["goal"], False, [observation]
+        while not done and len(trajectory) <= steps:
+            action = np.clip(act(observation, goal), -1, 1)
+            observation, _, terminated, truncated, info = env.step(action)
+            done = terminated or truncated
+            trajectory.append(observation)
+        name = tasks[task - 1]["task_name"]
+        yield name, goal.shape, np.array(trajectory).shape, bool(info["success"]), done
 
 
 def test_one_function_drives_ours_and_ogbenchs(single):
@@ -48,9 +51,16 @@ def test_one_function_drives_ours_and_ogbenchs(single):
         return np.concatenate([goal[19:21] - observation[12:14], [-0.1, 0, 0.5]])
 
     with gymnasium.make(THEIRS) as theirs:
-        for env in (single, theirs):
-            goal, trajectory, success, done = evaluate(env, act, task=2, steps=3)
-            assert (goal.shape, trajectory.shape, success, done) == ((28,), (4, 28), False, False)
+        results = list(evaluate(single, act, steps=3))
+        assert results == list(evaluate(theirs, act, steps=3))
+        assert results[1] == ("task2_vertical1", (28,), (4, 28), False, False)
+        assert single.unwrapped.num_tasks == theirs.unwrapped.num_tasks == len(results)
+        for ours, their in zip(
+            single.unwrapped.task_infos, theirs.unwrapped.task_infos, strict=True
+        ):
+            assert ours.keys() == their.keys()
+            for positions in ("init_xyzs", "goal_xyzs"):
+                np.testing.assert_allclose(ours[positions], their[positions])
         assert single.action_space.shape == theirs.action_space.shape
         assert single.observation_space.shape == theirs.observation_space.shape
         assert single.spec.max_episode_steps == theirs.spec.max_episode_steps
@@ -120,6 +130,13 @@ def test_goals_can_be_told_as_cube_positions(single):
         np.testing.assert_allclose(goal, expected, atol=0.02)  # millimetres, after two random steps
 
 
+@pytest.mark.parametrize("name", ["task", "renders_goal"])
+def test_an_option_that_reset_has_not_is_said(single, batch, name):
+    for env in (single, batch):
+        with pytest.raises(UserError, match=f"unknown option of reset '{name}': did you mean"):
+            env.reset(options={name: 1})
+
+
 def test_unknown_goals_are_refused_by_their_name():
     with pytest.raises(UserError, match="unknown goals 'cube': did you mean 'cubes'"):
         gymnasium.make(OURS, goals="cube")
@@ -158,6 +175,40 @@ def test_pictures_of_a_state_and_of_its_goal():
         picture = env.render()
         assert picture.shape == info["goal_rendered"].shape == (200, 200, 3)
         assert np.any(picture != info["goal_rendered"])
+
+
+def test_a_batch_draws_all_its_goals():
+    with gymnasium.make(OURS) as env:
+        _, expected = env.reset(seed=0, options={"task_id": 1, "render_goal": True})
+    env = gymnasium.make_vec(OURS, num_envs=2)
+    _, info = env.reset(seed=0, options={"task_id": [1, 5], "render_goal": True})
+    env.close()
+    first, second = info["goal_rendered"]
+    assert first.shape == expected["goal_rendered"].shape
+    assert np.any(first != second)
+    assert info["_goal_rendered"].tolist() == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("asked", "complaint"),
+    [
+        ({"num_envs": 0}, "num_envs is 0: it must be at least 1"),
+        ({"max_episode_steps": 0}, "max_episode_steps is 0: it must be at least 1, or -1"),
+        ({"max_episode_steps": -2}, "max_episode_steps is -2: it must be"),
+    ],
+)
+def test_a_batch_that_cannot_be_is_said(asked, complaint):
+    with pytest.raises(UserError, match=complaint):
+        gymnasium.make_vec(OURS, **asked)
+
+
+def test_a_time_limit_of_minus_one_is_none():
+    env = gymnasium.make_vec(OURS, num_envs=1, max_episode_steps=-1)
+    before, _ = env.reset(seed=0)
+    after, _, _, truncated, _ = env.step(np.ones((1, 5), np.float32))
+    env.close()
+    assert not truncated[0]
+    assert np.any(after != before)
 
 
 def test_what_cannot_be_is_said():
