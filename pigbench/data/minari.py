@@ -19,7 +19,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from pigbench import envs, gym
 from pigbench.data.dataset import Dataset, Split
+from pigbench.errors import lookup
 from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.support.progress import Progress
@@ -32,9 +34,11 @@ _ENDINGS = {"train": "", "val": "-val"}  # of the splits' names
 def write(dataset: Dataset, path: Path) -> list[Path]:
     """Write the data set to the new folder `path`, completely or not at all, and return `[path]`.
 
-    Raises UserError if `path` already exists or pyarrow is not installed.
+    Raises UserError if `path` already exists, pyarrow is not installed, or the environment, which
+    the format describes, is unknown.
     """
     required("pyarrow.ipc", extra="share")
+    lookup("environment", envs.SPECS, dataset.spec.environment)
     files.require_new_folder(path)
     held = {record.split for record in dataset.manifest.shards if record.rows}
     splits = {identify(dataset, name): dataset.split(name) for name in _ENDINGS if name in held}
@@ -101,7 +105,8 @@ def _write_episode(path: Path, episode: Mapping[str, np.ndarray]) -> None:
 
 def _metadata(identity: str, split: Split) -> dict[str, Any]:
     spec = split.spec
-    environment = gymnasium.spec(f"pigbench/{spec.environment}-v0")
+    gym.register()  # a plugin's environments too
+    environment = gymnasium.spec(gym.env_id(spec.environment))
     return {
         "dataset_id": identity,
         "minari_version": VERSION,

@@ -1,11 +1,15 @@
 """Minari itself reads what is exported for it."""
 
+import dataclasses
+
+import gymnasium
 import numpy as np
 import pytest
 
-from pigbench import cli
+from pigbench import cli, envs
 from pigbench.data import dataset
 from pigbench.errors import UserError
+from pigbench.support import files
 
 pytest.importorskip("pyarrow")
 minari = pytest.importorskip("minari")
@@ -42,6 +46,27 @@ def test_spaces_and_environment_are_told(exported):
     assert np.isinf(theirs.observation_space.high).all()
     assert (theirs.action_space.low == -1).all()
     assert theirs.storage.metadata["algorithm_name"] == "play"
+
+
+def test_an_environment_of_ones_own_is_exported_and_one_that_is_unknown_is_said(
+    data, tmp_path, monkeypatch
+):
+    path = data / "manifest.json"
+    content = {name: part for name, part in files.read_json(path).items() if name != "checksum"}
+    content["spec"]["environment"] = "cube-mine"
+    files.write_json(path, files.sealed(content))
+    export = ["data", "export", str(data), "--format", "minari", "--out", str(tmp_path / "out")]
+    with pytest.raises(UserError, match="unknown environment 'cube-mine'"):
+        cli.run(export)
+    assert not (tmp_path / "out").exists()
+    own = dataclasses.replace(envs.SPECS["cube-single"], name="cube-mine")
+    monkeypatch.setitem(envs.SPECS, own.name, own)
+    cli.run(export)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "out"))
+    theirs = minari.load_dataset("pigbench/cube-mine-play-v0")
+    assert theirs.spec.env_spec.id == "pigbench/cube-mine-v0"
+    del gymnasium.registry[theirs.spec.env_spec.id]
+    assert theirs.spec.env_spec.max_episode_steps == own.episode_length
 
 
 def test_what_lies_there_is_left_alone_and_other_formats_choices_are_refused(data, tmp_path):
