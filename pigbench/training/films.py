@@ -10,7 +10,7 @@ from pigbench import envs
 from pigbench.agents import Agent, Params
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
-from pigbench.support import pictures
+from pigbench.support import files, pictures
 from pigbench.training.evaluate import Evaluation, Report
 from pigbench.training.recording import Recording, make_recorder
 
@@ -68,6 +68,13 @@ def make_filmer(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Fi
         return paths
 
     return film
+
+
+def keep_films(folder: Path, wanted: Callable[[int], bool]) -> None:
+    """Remove the films of unwanted steps from a run's folder of films; other files stay."""
+    for path in folder.glob("*"):
+        if path.name.isdecimal() and not wanted(int(path.name)):
+            files.remove_folder(path)
 
 
 def _examples(env: "envs.CubeEnv", recordings: Iterable[Recording]) -> dict[str, Recording]:

@@ -24,7 +24,7 @@ from pigbench.training import batches, episodes
 from pigbench.training.batches import Batches
 from pigbench.training.checkpoints import Checkpoints, Kept, last_two
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
-from pigbench.training.films import make_filmer
+from pigbench.training.films import keep_films, make_filmer
 from pigbench.training.layout import SEEDS, Layout
 from pigbench.training.measures import BRIEF
 from pigbench.training.metrics import MetricsLog
@@ -84,9 +84,9 @@ def train(
 ) -> list[TrainState]:
     """Train to the schedule's end, from the last checkpoint that all `runs` have, if there is one.
 
-    Evaluations and checkpoints at the end of a shorter schedule are dropped unless this one has
-    them too: the files are those of a run that had this schedule from the start. Raises UserError
-    as `common_step` does.
+    Evaluations, films and checkpoints at the end of a shorter schedule are dropped unless this one
+    has them too: the files are those of a run that had this schedule from the start. Raises
+    UserError as `common_step` does.
     """
     keys = [jax.random.split(seeds.key(run.config.seed)) for run in runs]
     evaluator = make_evaluator(env, agent, evaluation)
@@ -102,6 +102,7 @@ def train(
             saved.drop(lambda step: not schedule.evaluates(step))
             for path in (run.episodes_path, *run.noise_paths().values()):
                 episodes.keep(path, schedule.evaluates)
+            keep_films(run.films_path, schedule.evaluates)
         states = [agents.create(agent, init_key) for init_key, _ in keys]
         saved_step = common_step(runs)
         if saved_step is not None:

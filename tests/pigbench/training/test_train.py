@@ -149,8 +149,12 @@ def test_a_run_that_is_extended_is_as_if_it_had_been_that_long_from_the_first(da
     cli.run([*train, "--steps", "25", "--out", str(tmp_path / "run")])
     short = read_run(tmp_path / "run")
     episodes.record(short.noise_path(5), episodes.read(short.episodes_path))
+    for name in ("000000020", "000000025", "mine"):
+        (short.films_path / name).mkdir(parents=True)
+        (short.films_path / name / "task1-success.mp4").touch()
     cli.run([*train, "--steps", "40", "--out", str(tmp_path / "run")])
     assert {row.step for row in episodes.read(short.noise_path(5))} == {0, 10, 20}
+    assert {path.name for path in short.films_path.iterdir()} == {"000000020", "mine"}
 
     whole, run = restore(tmp_path / "whole"), restore(tmp_path / "run")
     jax.tree.map(np.testing.assert_array_equal, run.state, whole.state)
