@@ -41,12 +41,12 @@ class SingleEnv(gymnasium.Env):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Start a task. Raises UserError for an invalid task id or an unknown option."""
         super().reset(seed=seed)
-        options = known_options(options, RESET_OPTIONS)
-        tasks = self._simulation.tasks(self.np_random, options, 1)
+        asked = known_options(options, RESET_OPTIONS)
+        tasks = self._simulation.tasks(self.np_random, asked, 1)
         states: State = self._simulation.reset(self._simulation.keys(self.np_random, 1), tasks)
         self._states = states
         info = self._info(states)
-        if options.get("render_goal", False):
+        if asked.get("render_goal", False):
             info["goal_rendered"] = self._simulation.draw_goal(states, 0)
         return observations(states)[0], info
 

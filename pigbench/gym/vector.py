@@ -75,16 +75,16 @@ class BatchEnv(VectorEnv):
         if not isinstance(seed, int | np.integer | None):
             raise UserError(f"seed is {seed!r}: it must be one integer for all environments")
         super().reset(seed=seed)
-        options = known_options(options, (*RESET_OPTIONS, "reset_mask"))
-        tasks = self._simulation.tasks(self.np_random, options, self.num_envs)
+        asked = known_options(options, (*RESET_OPTIONS, "reset_mask"))
+        tasks = self._simulation.tasks(self.np_random, asked, self.num_envs)
         keys = self._simulation.keys(self.np_random, self.num_envs)
         fresh = self._simulation.reset(keys, tasks)
-        anew = self._mask(options.get("reset_mask", np.ones(self.num_envs, bool)))
+        anew = self._mask(asked.get("reset_mask", np.ones(self.num_envs, bool)))
         if self._states is not None:
             fresh = _choose(jnp.asarray(anew), fresh, self._states)
         self._states, self._lengths = fresh, np.where(anew, 0, self._lengths)
         extra = {}
-        if options.get("render_goal", False):
+        if asked.get("render_goal", False):
             draw = self._simulation.draw_goal
             extra["goal_rendered"] = np.stack([draw(fresh, i) for i in range(self.num_envs)])
         return observations(fresh), self._info(fresh, **extra)
