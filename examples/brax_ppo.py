@@ -10,7 +10,7 @@ import dataclasses
 import functools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import jax
 import jax.numpy as jnp
@@ -65,8 +65,8 @@ class Example:
     """Folder for the table and the plot."""
     environment: str = "cube-single"
     """Environment; see `pigbench list envs`."""
-    reward: str = "reach"
-    """Reward: reach or place."""
+    reward: Literal["reach", "place"] = "reach"
+    """Reward."""
     steps: int = 500_000
     """Control steps of all simulations together."""
     evaluations: int = 10
