@@ -1,40 +1,19 @@
 """`pigbench data`: inspect and check a data set, and convert it from and to other formats."""
 
 import dataclasses
-import importlib
 from pathlib import Path
 from shlex import quote
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import tyro
 
-from pigbench.data import dataset, hub, manifest, selection
+from pigbench.data import dataset, formats, hub, manifest, selection
 from pigbench.data.quality import CRITERIA, Limits
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError
 from pigbench.report.formats import markdown_grid
 from pigbench.sharing import card
 from pigbench.sharing import data as sharing
 from pigbench.support import files
-
-
-class Format(NamedTuple):
-    """A format: its module, whether that has `write` and `read`, and the options of `write`.
-
-    Modules are imported only when needed: inspecting a data set takes no simulator.
-    """
-
-    module: str
-    options: tuple[str, ...] = ()
-    writes: bool = True
-    reads: bool = False
-
-
-_FORMATS = {
-    "ogbench": Format("pigbench.data.ogbench", ("rows_per_file", "goals"), reads=True),
-    "minari": Format("pigbench.data.minari"),
-    "lerobot": Format("pigbench.data.lerobot"),
-    "log": Format("pigbench.data.logs", writes=False, reads=True),
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,15 +97,10 @@ class Export:
 
     def run(self) -> None:
         """Write the files."""
-        writable = {name: form for name, form in _FORMATS.items() if form.writes}
-        form = lookup("format", writable, self.format)
         asked = {"rows_per_file": self.rows_per_file, "goals": self.goals}
-        for name, value in asked.items():
-            if name not in form.options and value != getattr(type(self), name):
-                raise UserError(f"{name} is {value!r}: format {self.format!r} has no such option")
-        module = importlib.import_module(form.module)
-        data = dataset.load(self.folder)
-        written = module.write(data, self.out, **{name: asked[name] for name in form.options})
+        options = {name: it for name, it in asked.items() if it != getattr(type(self), name)}
+        write = formats.writer(self.format, options)
+        written = write(dataset.load(self.folder), self.out)
         verb = "is" if len(written) == 1 else "are"
         print(f"{' and '.join(map(str, written))} {verb} written")
 
@@ -214,7 +188,6 @@ class Import:
 
     def run(self) -> None:
         """Import what is missing."""
-        readable = {name: form.module for name, form in _FORMATS.items() if form.reads}
-        module = importlib.import_module(lookup("format", readable, self.format))
-        module.read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
+        read = formats.reader(self.format)
+        read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
         print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")

@@ -124,22 +124,12 @@ class RenderData:
         """Draw and write the file."""
         pictures.check_path(self.out, ".mp4")
         opengl.choose()
-        split = dataset.load(self.folder).split(self.split)
-        spec = lookup("environment", envs.SPECS, split.spec.environment)
-        shot = Shot(self._states(split), goal=None)
+        data = dataset.load(self.folder)
+        shot = Shot(data.episode(self.split, self.episode, "qpos"), goal=None)
+        spec = lookup("environment", envs.SPECS, data.spec.environment)
         with Renderer(spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
             _film(self.out, renderer, [shot])
         print(f"{self.out} is drawn")
-
-    def _states(self, split: dataset.Split) -> np.ndarray:
-        ends = split.episode_ends
-        if not 0 <= self.episode < len(ends):
-            raise UserError(
-                f"episode is {self.episode}: {self.folder} has {self.split} episodes 0 to "
-                f"{len(ends) - 1}"
-            )
-        first = ends[self.episode - 1] + 1 if self.episode else 0
-        return split.mapped("qpos")[first : ends[self.episode] + 1]
 
 
 def _film(path: Path, renderer: Renderer, shots: Sequence[Shot]) -> None:

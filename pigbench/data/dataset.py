@@ -100,6 +100,17 @@ class Dataset:
             raise UserError(f"{self.folder} holds no {name} episodes")
         return Split(self.folder, self.spec, records)
 
+    def episode(self, split: str, number: int, field: str) -> np.ndarray:
+        """The field of an episode of a split, counted from 0. Raises UserError if there is none."""
+        opened = self.split(split)
+        ends = opened.episode_ends
+        if not 0 <= number < len(ends):
+            raise UserError(
+                f"episode is {number}: {self.folder} has {split} episodes 0 to {len(ends) - 1}"
+            )
+        first = ends[number - 1] + 1 if number else 0
+        return opened.mapped(field)[first : ends[number] + 1]
+
 
 def load(folder: Path) -> Dataset:
     """Open the data set in `folder`.

@@ -8,7 +8,6 @@ import pytest
 from PIL import Image
 
 from pigbench import cli, envs
-from pigbench.commands import render
 from pigbench.data import dataset
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
@@ -52,18 +51,6 @@ def test_an_episode_of_a_data_set(drawing, data, tmp_path):
         frames = list(film.decode(video=0))
     assert len(frames) == 4
     assert (frames[0].width, frames[0].height) == (64, 48)
-
-
-@pytest.mark.parametrize("split, count", [("train", 4), ("val", 1)])
-def test_episodes_are_counted_over_shards(data, split, count, tmp_path):
-    opened = dataset.load(data).split(split)
-    whole = opened.concatenate("qpos").reshape(count, 4, 21)
-    for number, expected in enumerate(whole):
-        command = render.RenderData(data, tmp_path / "x.mp4", number, split)
-        np.testing.assert_array_equal(command._states(opened), expected)
-    for number in (-1, count):
-        with pytest.raises(UserError, match=rf"has {split} episodes 0 to {count - 1}"):
-            render.RenderData(data, tmp_path / "x.mp4", number, split)._states(opened)
 
 
 WRONG = {

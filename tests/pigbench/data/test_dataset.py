@@ -55,6 +55,22 @@ def test_no_export_has_many_shards_open_at_once(tmp_path, spec, arrays, monkeypa
         resource.setrlimit(resource.RLIMIT_NOFILE, before)
 
 
+@pytest.mark.parametrize("split, count", [("train", 4), ("val", 1)])
+def test_episodes_are_counted_over_shards(tmp_path, spec, arrays, split, count):
+    writer = Writer(tmp_path, spec)
+    for part in writer.missing():  # the second shard is one episode short
+        dropped = int(part.name == "train-00001")
+        writer.write(part, arrays(spec, part, dropped=dropped), dropped=dropped)
+    data = dataset.load(tmp_path)
+    whole = data.split(split).concatenate("qpos").reshape(count, 4, -1)
+    assert len(np.unique(whole)) > count
+    for number, expected in enumerate(whole):
+        np.testing.assert_array_equal(data.episode(split, number, "qpos"), expected)
+    for number in (-1, count):
+        with pytest.raises(UserError, match=rf"has {split} episodes 0 to {count - 1}"):
+            data.episode(split, number, "qpos")
+
+
 def test_layout_and_digest(data):
     loaded = dataset.load(data)
     assert loaded.layout == {"joint_pos": slice(0, 6), "cube_0_pos": slice(6, 9)}
