@@ -48,7 +48,7 @@ def updates(
     seeds: int = 1,
     name: str = "",
 ) -> Contender:
-    """The updates of a method with the given hyper-parameters, under its own or another name.
+    """The updates of a method with the given hyperparameters, under its own or another name.
 
     Seeds are trained together; an item is one seed's update.
     """

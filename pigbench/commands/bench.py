@@ -27,7 +27,7 @@ class Train:
     environment: str = "cube-single"
     """Environment for whose observations and actions the networks are built."""
     preset: str = "cpu"
-    """Preset of hyper-parameters: cpu or paper."""
+    """Preset of hyperparameters: cpu or paper."""
     turns: Turns = dataclasses.field(default_factory=Turns)
     """How the contenders take turns."""
     json: Path | None = None
@@ -91,7 +91,7 @@ class Evaluate:
     method: str = "gcivl"
     """Method whose policy acts."""
     preset: str = "cpu"
-    """Preset of hyper-parameters: cpu or paper."""
+    """Preset of hyperparameters: cpu or paper."""
     episodes: int = 10
     """Episodes per task, all at once."""
     physics: tuple[str, ...] = ("exact", "fast")

@@ -47,13 +47,13 @@ class Train:
     out: Path
     """Folder of the run."""
     agent: AgentConfig
-    """The method's hyper-parameters, by default those of the preset."""
+    """The method's hyperparameters, by default those of the preset."""
     goals: str | None = None
     """Goals as networks see them: state, or cubes for the cubes' positions (as --agent.goals)."""
     preset: str = "paper"
-    """Preset of hyper-parameters: paper, or cpu for networks that two cores can train."""
+    """Preset of hyperparameters: paper, or cpu for networks that two cores can train."""
     variant: str = ""
-    """Name for these hyper-parameters; tables and plots add it to the method's name."""
+    """Name for these hyperparameters; tables and plots add it to the method's name."""
     seed: Seed = 0
     """Seed of the initial parameters, batches and updates."""
     seeds: tuple[Seed, ...] = ()
@@ -155,7 +155,7 @@ class Train:
 
     @property
     def agent_config(self) -> AgentConfig:
-        """The method's hyper-parameters, with the goals that were asked for."""
+        """The method's hyperparameters, with the goals that were asked for."""
         return dataclasses.replace(self.agent, goals=self.goals) if self.goals else self.agent
 
     def _schedule(self) -> Schedule:

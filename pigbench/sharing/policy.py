@@ -195,5 +195,5 @@ def _card(trained: Trained, about: Mapping[str, Any], license: str) -> str:
         f"## Observations, goals and actions\n\n"
         f"{card.observation_table(config.environment, sizes(agent.layout))}\n\n"
         f"A goal is an observation too. {card.ACTION}",
-        f"`{CONFIG_FILE}` has every hyper-parameter, and versions.",
+        f"`{CONFIG_FILE}` has every hyperparameter, and versions.",
     )

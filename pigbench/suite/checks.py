@@ -17,7 +17,7 @@ Parse = Callable[[Sequence[str]], Any]
 
 
 def configurations(suite: Suite, out: Path, parse: Parse) -> Mapping[tuple[str, str], AgentConfig]:
-    """The hyper-parameters of each method and variant.
+    """The hyperparameters of each method and variant.
 
     Raises UserError for anything that the suite's commands would reject.
     """
