@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import pydantic
 
 from pigbench import names
-from pigbench.data.defaults import HomeChoice
+from pigbench.data.defaults import EPISODE_ROWS, HomeChoice
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
 from pigbench.support import files
@@ -50,7 +50,7 @@ class Data:
     physics: str = "exact"
     seed: Seed = 0
     validation_episodes: Annotated[int, pydantic.Field(ge=0)] | None = None
-    episode_transitions: Count = 1000  # per episode, from which the number of episodes is computed
+    episode_transitions: Count = EPISODE_ROWS - 1  # from which the number of episodes is computed
     filter: bool = False  # whether only good episodes are kept, by `pigbench data filter`
 
     __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
