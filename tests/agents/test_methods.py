@@ -50,7 +50,7 @@ def tiny(config):
     )
 
 
-OPTIMIZED = {"xla_backend_optimization_level": 1}
+OPTIMIZED = {"xla_backend_optimization_level": 1, "xla_cpu_use_fusion_emitters": True}
 """Training runs long enough here to pay for a better program than other tests need."""
 
 
