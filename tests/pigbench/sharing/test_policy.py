@@ -47,13 +47,11 @@ for number, (observations, goals) in enumerate(numpy.load("inputs.npz").values()
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("policy")
-    generate = ["generate", "cube-single", "--episodes", "2", "--validation-episodes", "0"]
-    cli.run([*generate, "--episode-length", "51", "--out", str(folder / "data")])
-    train = ["train", METHOD, "--data", str(folder / "data"), "--out", str(folder / "run")]
-    cli.run([*train, *TRAIN])
-    return folder / "run"
+def run(played, short_episodes, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("policy") / "run"
+    with short_episodes():
+        cli.run(["train", METHOD, "--data", str(played), "--out", str(folder), *TRAIN])
+    return folder
 
 
 @pytest.fixture(scope="module")
