@@ -1,6 +1,5 @@
 """README and documentation: what they show parses, runs and builds."""
 
-import dataclasses
 import glob
 import os
 import re
@@ -14,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from pigbench import agents, cli, envs, plugins
+from pigbench import agents, cli, plugins
 from pigbench.agents import registry
 from pigbench.data import dataset
 
@@ -30,7 +29,7 @@ NETWORKS = "--agent.batch-size 4 --agent.actor-hidden-sizes 8"
 PICTURE = "--size.width 64 --size.height 48"
 
 SMALL = {
-    "generate": "--episodes 4 --validation-episodes 1",
+    "generate": "--episodes 4 --validation-episodes 1 --episodes-per-shard 4",
     "generate cube-double": "--episode-length 9",
     "generate cube-corners": "--episode-length 9",
     "train": f"--steps 2 --evaluate-every 2 --evaluation.episodes 1 {NETWORKS}",
@@ -53,9 +52,10 @@ SMALL_SUITE = {
     "[0, 1, 2]": "[0]",
     "5_000": "2",
     "episodes = 10": "episodes = 1",
-    "1_000_000": "2_000",
+    "1_000_000": "20",
     "20_000": "2",
     "learning_rate = 1e-3": "batch_size = 4\nactor_hidden_sizes = [8]",
+    "# [variants.full]": "[data]\nepisode_transitions = 20\nvalidation_episodes = 0",
 }
 
 NEED_MORE = {
@@ -87,7 +87,7 @@ def small(command: str) -> list[str]:
 
 
 @pytest.fixture
-def folder(drawing, tmp_path, monkeypatch) -> Iterator[Path]:
+def folder(drawing, short_episodes, tmp_path, monkeypatch) -> Iterator[Path]:
     """Where a reader would be, with the files that the pages say they have."""
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     shutil.copy(ROOT / "examples" / "huber_bc.py", tmp_path)
@@ -97,13 +97,12 @@ def folder(drawing, tmp_path, monkeypatch) -> Iterator[Path]:
         suite = suite.replace(shown, small)
     (tmp_path / "small.toml").write_text(suite)
     monkeypatch.chdir(tmp_path)
-    short = {name: dataclasses.replace(spec, episode_length=6) for name, spec in envs.SPECS.items()}
-    monkeypatch.setattr(envs, "SPECS", short)
     others = {name: agents.get(name) for name in agents.names() if name != "huber-bc"}
     monkeypatch.setattr(registry, "_METHODS", others)
     for module in _plugins():  # of other tests, which a suite would load too
         monkeypatch.delitem(sys.modules, module)
-    yield tmp_path
+    with short_episodes():
+        yield tmp_path
     for module in _plugins():
         del sys.modules[module]
 
@@ -127,7 +126,7 @@ def test_the_python_of_the_readme_trains_and_evaluates(tmp_path):
     (script,) = blocks(ROOT / "README.md", "python")
     for shown, small in {
         "import episodes\n": "import episodes\nfrom pigbench.training.evaluate import Evaluation\n",
-        "episodes=200": "episodes=1, validation_episodes=0",
+        "episodes=200": "episodes=1, validation_episodes=0, episode_length=21",
         "steps=16_000": "steps=4, evaluation=Evaluation(1)",
         "== 16_000": "== 4",
     }.items():

@@ -1,12 +1,14 @@
 """Examples as modules, and as commands."""
 
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 import tyro
+
+from pigbench.commands import generate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -22,6 +24,14 @@ def run_example(name: str, *arguments: str | Path) -> ModuleType:
     module = load_example(name)
     tyro.cli(module.Example, args=list(map(str, arguments))).run()
     return module
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_shards() -> Iterator[None]:
+    """Of one episode: batches of 50 are as many computations, if all but one are vacant."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(generate, "_SHARD_OF_HOST", 1)
+        yield
 
 
 @pytest.fixture(scope="session")

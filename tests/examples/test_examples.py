@@ -20,12 +20,13 @@ EVALUATE = "--evaluate-every 1 --evaluation.episodes 1"
 
 
 @pytest.fixture(scope="module")
-def compared(run, examples, tmp_path_factory) -> Path:
+def compared(run, examples, short_episodes, tmp_path_factory) -> Path:
     """A method of the package and one of an example, compared."""
     out = tmp_path_factory.mktemp("compared")
     methods = ["--methods", "gcivl", "huber-bc", "--plugin", examples / "huber_bc.py"]
     where = ["--out", out, "--data", out / "data"]
-    run("compare_methods", *where, *methods, *FEW, "--evaluate-every", "2", "--seeds", "0")
+    with short_episodes():
+        run("compare_methods", *where, *methods, *FEW, "--evaluate-every", "2", "--seeds", "0")
     return out
 
 
@@ -64,7 +65,7 @@ def test_the_controller_succeeds_through_gymnasium(run, tmp_path):
     assert width % 204 == 0 and width >= 3 * 204  # the goal, the start and the end
 
 
-def test_logs_come_back_as_they_were_played(run, tmp_path):
+def test_logs_come_back_as_they_were_played(run, short, tmp_path):
     """Through frames, units and a file; and a policy is trained on them."""
     run("own_log", "--out", tmp_path, *FEW, "--method", "gcbc")
     played, imported = (dataset.load(tmp_path / name) for name in ("simulated", "data"))

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from pigbench import cli
 from pigbench.agents import Statistics
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
@@ -147,6 +148,15 @@ def make_run():
 @pytest.fixture(scope="session")
 def scripted() -> type[Scripted]:
     return Scripted
+
+
+@pytest.fixture(scope="session")
+def played(tmp_path_factory) -> Path:
+    """A data set of cube-single as generated: 2 episodes to train on and 1 more, of 101 rows."""
+    folder = tmp_path_factory.mktemp("played") / "data"
+    sizes = "--episodes 2 --validation-episodes 1 --episodes-per-shard 2 --episode-length 101"
+    cli.run(["generate", "cube-single", "--out", str(folder), *sizes.split()])
+    return folder
 
 
 @pytest.fixture

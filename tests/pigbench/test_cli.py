@@ -43,9 +43,10 @@ def data(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def run(data, tmp_path_factory) -> Path:
+def run(data, short_episodes, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("cli") / "run"
-    train("hjb-gcivl", data, folder)
+    with short_episodes():
+        train("hjb-gcivl", data, folder)
     return folder
 
 
@@ -85,7 +86,7 @@ def test_finished_work_is_not_done_again(data, run, capsys):
     assert shards == {path: path.stat().st_mtime_ns for path in data.rglob("*.npy")}
 
 
-def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path, capsys, monkeypatch):
+def test_an_evaluation_replaces_that_of_the_same_step(run, short, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(envs, "default_engine", lambda: "mjx-warp")  # as on another machine
 
     def last_rows(folder: Path) -> dict[tuple[int, int], episodes.Episode]:
@@ -114,7 +115,7 @@ def test_an_evaluation_replaces_that_of_the_same_step(run, tmp_path, capsys, mon
     assert {row.seed for row in last_rows(copy).values()} == {3}
 
 
-def test_a_policy_can_be_tried_in_noise(run, tmp_path, capsys):
+def test_a_policy_can_be_tried_in_noise(run, short, tmp_path, capsys):
     copy = tmp_path / "run"
     shutil.copytree(run, copy)
     before = (copy / "episodes.csv").read_bytes()
@@ -129,7 +130,7 @@ def test_a_policy_can_be_tried_in_noise(run, tmp_path, capsys):
         cli.run(["evaluate", str(copy), "--noise", "-1"])
 
 
-def test_a_policy_can_be_held_against_ogbench(run, tmp_path, capsys):
+def test_a_policy_can_be_held_against_ogbench(run, short, tmp_path, capsys):
     file = tmp_path / "pairs.json"
     cli.run(["parity", "policy", str(run), "--episodes", "1", "--json", str(file)])
     assert "| all tasks " in capsys.readouterr().out
@@ -267,8 +268,9 @@ def test_a_torn_checkpoint_is_named(run, tmp_path):
         cli.run(["evaluate", str(copy)])
 
 
-def test_hints_can_be_pasted(tmp_path, capsys):
+def test_hints_can_be_pasted(data, tmp_path, capsys):
     out = tmp_path / "it's a folder"
+    shutil.copytree(data, out)
     cli.run([*GENERATE, "--out", str(out)])
     command = capsys.readouterr().out.split("see it with: pigbench ")[1]
     cli.run(shlex.split(command))

@@ -20,7 +20,6 @@ SMALL = [
     *("--preset", "cpu", "--steps", "4", "--evaluate-every", "4", "--evaluation.episodes", "1"),
     *("--agent.batch-size", "8", "--agent.actor-hidden-sizes", "8", "--agent.delta", "0.2"),
 ]
-GENERATE = ["generate", "cube-single", "--episodes", "1", "--validation-episodes", "0"]
 CHECKOUT_CODE = "import sys; from pigbench import cli; sys.argv[0] = 'pigbench'; cli.main()"
 
 
@@ -55,13 +54,6 @@ def installed(package, tmp_path_factory) -> Path:
     return site
 
 
-@pytest.fixture(scope="module")
-def data(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("plugins") / "data"
-    cli.run([*GENERATE, "--episode-length", "31", "--out", str(folder)])
-    return folder
-
-
 def test_the_pages_file_is_a_method():
     assert '--8<-- "examples/huber_bc.py"' in PAGE.read_text()
     listed = pigbench("list", "methods", "--plugin", FILE)
@@ -69,10 +61,10 @@ def test_the_pages_file_is_a_method():
     assert "behaviour cloning with the Huber loss" in listed.stdout
 
 
-def test_the_pages_package_trains_evaluates_and_is_tabled(installed, data, tmp_path):
+def test_the_pages_package_trains_evaluates_and_is_tabled(installed, played, tmp_path):
     run = tmp_path / "run"
     for command in (
-        ("train", "huber-bc", "--data", data, "--out", run, *SMALL),
+        ("train", "huber-bc", "--data", played, "--out", run, *SMALL),
         ("evaluate", run, "--episodes", "2"),
     ):
         done = pigbench(*command, path=installed)
@@ -87,7 +79,7 @@ def test_the_pages_package_trains_evaluates_and_is_tabled(installed, data, tmp_p
     assert "add --plugin FILE" in refused.stderr
 
 
-def test_the_pages_subclass_trains(data, tmp_path):
+def test_the_pages_subclass_trains(played, tmp_path):
     """With the weights of the page, which leave the value loss as it is."""
     (source,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     plugin, run = tmp_path / "positive.py", tmp_path / "run"
@@ -95,7 +87,7 @@ def test_the_pages_subclass_trains(data, tmp_path):
     options = [word for word in SMALL if word not in ("--agent.delta", "0.2")]
     options += ["--agent.value-hidden-sizes", "8", "--agent.rest", "0.5", "--log-every", "1"]
     done = pigbench(
-        "train", "positive-gcivl", "--plugin", plugin, "--data", data, "--out", run, *options
+        "train", "positive-gcivl", "--plugin", plugin, "--data", played, "--out", run, *options
     )
     assert done.returncode == 0, done.stderr
     logged = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]

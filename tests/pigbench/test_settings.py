@@ -15,7 +15,10 @@ from pigbench.data import manifest
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
 
-SMALL = ["--episodes", "2", "--validation-episodes", "1", "--episode-length", "11"]
+SMALL = [
+    *("--episodes", "2", "--validation-episodes", "1"),
+    *("--episode-length", "11", "--episodes-per-shard", "2"),
+]
 
 
 @contextlib.contextmanager

@@ -6,17 +6,16 @@ from pigbench import cli
 
 
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory):
+def folders(played, short_episodes, tmp_path_factory):
     """A data set and a run on it."""
-    data, run = (tmp_path_factory.mktemp("analysis") / name for name in ("data", "run"))
-    generate = ["generate", "cube-single", "--out", str(data), "--episodes", "2"]
-    cli.run([*generate, "--episode-length", "101", "--validation-episodes", "1"])
-    train = ["train", "h-flow-gcivl", "--data", str(data), "--out", str(run), "--preset", "cpu"]
+    run = tmp_path_factory.mktemp("analysis") / "run"
+    train = ["train", "h-flow-gcivl", "--data", str(played), "--out", str(run), "--preset", "cpu"]
     small = ["--steps", "2", "--evaluation.episodes", "1", "--agent.candidates", "2"]
     networks = [("value", "agent"), ("actor", "agent"), ("value", "agent.low")]
     sizes = [text for kind, part in networks for text in (f"--{part}.{kind}-hidden-sizes", "8")]
-    cli.run([*train, *small, *sizes])
-    return data, run
+    with short_episodes():
+        cli.run([*train, *small, *sizes])
+    return played, run
 
 
 def cells(printed):

@@ -1,6 +1,7 @@
 """An exported policy acts where pigbench is not, as it did here, to the bit."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -10,7 +11,7 @@ import jax
 import numpy as np
 import pytest
 
-from pigbench import cli
+from pigbench import cli, xla
 from pigbench.errors import UserError
 from pigbench.sharing import policy
 from pigbench.support import files
@@ -46,13 +47,11 @@ for number, (observations, goals) in enumerate(numpy.load("inputs.npz").values()
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("policy")
-    generate = ["generate", "cube-single", "--episodes", "2", "--validation-episodes", "0"]
-    cli.run([*generate, "--episode-length", "51", "--out", str(folder / "data")])
-    train = ["train", METHOD, "--data", str(folder / "data"), "--out", str(folder / "run")]
-    cli.run([*train, *TRAIN])
-    return folder / "run"
+def run(played, short_episodes, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("policy") / "run"
+    with short_episodes():
+        cli.run(["train", METHOD, "--data", str(played), "--out", str(folder), *TRAIN])
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +73,8 @@ def test_the_readmes_lines_act_alike_to_the_bit_without_pigbench(run, exported):
     done = subprocess.run(
         [sys.executable, "-I", "-S", "-c", script],
         cwd=exported.parent,
-        # As in these tests, which hardly optimise.
-        env={"JAX_PLATFORMS": "cpu", "XLA_FLAGS": "--xla_backend_optimization_level=0"},
+        # As in these tests, which hardly optimise; what pigbench adds is not there.
+        env={"JAX_PLATFORMS": "cpu", "XLA_FLAGS": os.environ["XLA_FLAGS"].removesuffix(xla.CURE)},
         capture_output=True,
         text=True,
     )

@@ -1,5 +1,6 @@
 """Training that is killed and started again ends where an uninterrupted one does."""
 
+import dataclasses
 import itertools
 import json
 import shutil
@@ -32,12 +33,9 @@ SMALL = [
 ]
 
 
-@pytest.fixture(scope="module")
-def data(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("train") / "data"
-    generate = ["generate", "cube-single", "--out", str(folder), "--episodes", "2"]
-    cli.run([*generate, "--episode-length", "51", "--validation-episodes", "0"])
-    return folder
+@pytest.fixture
+def data(played) -> Path:
+    return played
 
 
 def parameters(folder: Path) -> list[np.ndarray]:
@@ -76,7 +74,8 @@ def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
         rng.uniform(-1, 1, size=(60, 2)).astype(np.float32),
         np.arange(60) % 20 == 19,
     )
-    config = agents.get("gcivl").preset("cpu")
+    small = {"value_hidden_sizes": (16,), "actor_hidden_sizes": (16,), "batch_size": 16}
+    config = dataclasses.replace(agents.get("gcivl").preset("cpu"), **small)
     agent = agents.build("gcivl", config, observation_size=4, action_size=2, layout={})
     updates = make_updates(agent, jax.random.key(3), Drawn(rows, agent))
 
@@ -90,7 +89,7 @@ def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
         np.testing.assert_array_equal(one, other)
 
 
-def test_seeds_trained_together_are_those_trained_alone(data, tmp_path):
+def test_seeds_trained_together_are_those_trained_alone(data, short, tmp_path):
     """To rounding: a batched product adds up in another order, and Adam magnifies it."""
 
     def train(out: Path, *seeds: str) -> None:
@@ -113,7 +112,7 @@ def test_seeds_trained_together_are_those_trained_alone(data, tmp_path):
 
 @pytest.mark.parametrize("home", ["device", "disk"])
 def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(
-    data, tmp_path, capsys, home
+    data, short, tmp_path, capsys, home
 ):
     train = ["train", "gcivl", "--data", str(data), "--out", str(tmp_path / "run"), *SMALL]
     seeds = ["--seeds", "0", "1", "--vectorized", "--rows", home]
@@ -127,7 +126,7 @@ def test_seeds_cut_off_at_different_steps_go_on_from_the_last_they_share(
         assert int(restore(tmp_path / f"run/{seed}").state.step) == 20
 
 
-def test_seeds_that_are_trained_already_are_not_begun_anew_with_others(data, tmp_path):
+def test_seeds_that_are_trained_already_are_not_begun_anew_with_others(data, short, tmp_path):
     train = ["train", "gcivl", "--data", str(data), "--out", str(tmp_path / "run"), *SMALL]
     cli.run([*train, "--seeds", "0"])
 
@@ -142,7 +141,9 @@ def test_seeds_that_are_trained_already_are_not_begun_anew_with_others(data, tmp
 
 
 @pytest.mark.parametrize("keep", ["last", "all"])
-def test_a_run_that_is_extended_is_as_if_it_had_been_that_long_from_the_first(data, tmp_path, keep):
+def test_a_run_that_is_extended_is_as_if_it_had_been_that_long_from_the_first(
+    data, short, tmp_path, keep
+):
     train = ["train", "gcivl", "--data", str(data), *SMALL, "--log-every", "4", "--keep", keep]
     cli.run([*train, "--steps", "40", "--out", str(tmp_path / "whole")])
     # Its last evaluation, after 25 updates, is none of a longer run's.
@@ -172,7 +173,7 @@ def test_a_run_that_is_extended_is_as_if_it_had_been_that_long_from_the_first(da
         cli.run([*train, "--steps", "50", "--agent.discount", "0.9", "--out", str(run.run.path)])
 
 
-def test_the_best_checkpoint_stays_and_can_be_asked_for(data, tmp_path):
+def test_the_best_checkpoint_stays_and_can_be_asked_for(data, short, tmp_path):
     run = tmp_path / "run"
     train = ["train", "gcivl", "--data", str(data), "--out", str(run), *SMALL, "--keep", "best"]
     cli.run([*train, "--steps", "40"])
@@ -189,7 +190,7 @@ def test_the_best_checkpoint_stays_and_can_be_asked_for(data, tmp_path):
         restore(run, checkpoint="first")
 
 
-def test_goals_are_kept_and_evaluated_as_trained(data, tmp_path):
+def test_goals_are_kept_and_evaluated_as_trained(data, short, tmp_path):
     run = tmp_path / "run"
     cli.run(["train", "gcivl", "--data", str(data), "--out", str(run), *SMALL, "--goals", "cubes"])
     trained = restore(run)
