@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 from jax.core import Tracer
 
-from pigbench.envs import control, kinematics, reality, workspace
-from pigbench.envs.observation import Layout, cube_poses
+from pigbench.envs import control, kinematics, observation, reality, workspace
+from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
 from pigbench.envs.quiet import quiet
 from pigbench.envs.reality import Reality, World
@@ -51,7 +51,8 @@ class CubeEnv(Env):
         self.physics = physics
         self.reality = reality
         self.scene = physics.scene
-        self.layout = Layout(spec.num_cubes, spec.unobserved)
+        self.layout = observation.layout(spec.num_cubes, spec.unobserved)
+        self._terms = observation.table(spec.num_cubes, spec.unobserved)
         self._reward = lookup("reward", REWARDS, reward)
         self._start = jnp.array([task.start_xyz for task in spec.tasks], jnp.float32)
         self._goal = jnp.array([task.goal_xyz for task in spec.tasks], jnp.float32)
@@ -186,7 +187,7 @@ class CubeEnv(Env):
     @jax_defaults()
     def observe(self, physics_state: PhysicsState) -> jax.Array:
         """The observation of a bare simulation."""
-        return self.layout.observe(self.scene, physics_state)
+        return observation.observe(self._terms, self.scene, physics_state)
 
     def _settled(self, key: jax.Array, cubes: jax.Array) -> PhysicsState:
         arm_key, action_key = jax.random.split(key)

@@ -128,7 +128,7 @@ def _write_data(folder: Path, env: envs.CubeEnv) -> None:
         episodes_per_shard=1,
         rows_per_episode=11,
         fields=collect.FIELDS,
-        layout=dataset.sizes(env.layout),
+        layout=env.layout,
         action_size=env.action_size,
         versions=package_versions(),
     )
