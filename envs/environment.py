@@ -16,6 +16,7 @@ from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
 from pigbench.envs.tasks import START_JITTER, Spec
 from pigbench.errors import UserError, lookup
+from pigbench.layout import Space
 from pigbench.settings import jax_defaults
 
 with quiet():
@@ -57,6 +58,11 @@ class CubeEnv(Env):
         self._start = jnp.array([task.start_xyz for task in spec.tasks], jnp.float32)
         self._goal = jnp.array([task.goal_xyz for task in spec.tasks], jnp.float32)
         self._jitter = jnp.array([task.jitter for task in spec.tasks], jnp.float32)
+
+    @property
+    def space(self) -> Space:
+        """What an agent observes here, and how it acts."""
+        return Space(self.layout, self.action_size)
 
     @property
     def observation_size(self) -> int:

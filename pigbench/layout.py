@@ -78,3 +78,11 @@ class Layout(Mapping[str, slice]):
 
     def __len__(self) -> int:
         return len(self._slices)
+
+
+@dataclass(frozen=True)
+class Space:
+    """What an agent observes, and the length of the actions with which it answers."""
+
+    layout: Layout
+    action_size: int

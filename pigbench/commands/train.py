@@ -24,7 +24,6 @@ from pigbench.support.lock import only_writer
 from pigbench.training.evaluate import Evaluation
 from pigbench.training.layout import Layout
 from pigbench.training.provenance import provenance
-from pigbench.training.restore import agent_for
 from pigbench.training.run import Keep, Run, RunConfig, common_step, open_run, resume
 from pigbench.training.train import Schedule, train
 
@@ -120,7 +119,7 @@ class Train:
         home = homes.choose(self.rows, split)
         rows = homes.open_rows(split, home)
         statistics = Statistics.of(rows.observations)
-        agent = agent_for(env, self.method, self.agent_config, statistics)
+        agent = agents.build(self.method, self.agent_config, env.space, statistics=statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
         layout = Layout.over_all(
             seeds=len(groups[0]),

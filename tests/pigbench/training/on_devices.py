@@ -11,6 +11,8 @@ import numpy as np
 
 from pigbench import agents
 from pigbench.data.sampler import Rows
+from pigbench.layout import Layout as Terms
+from pigbench.layout import Space
 from pigbench.training.batches import Drawn
 from pigbench.training.layout import Layout
 from pigbench.training.train import join, make_updates
@@ -20,7 +22,7 @@ CASES = ((4, False), (2, True))
 """Seeds, and whether their batches are split."""
 
 CONFIG = agents.GCIVLConfig(actor_hidden_sizes=(32,), value_hidden_sizes=(32,), batch_size=BATCH)
-AGENT = agents.build("gcivl", CONFIG, observation_size=4, action_size=2, layout={})
+AGENT = agents.build("gcivl", CONFIG, Space(Terms.of({"state": 4}), 2))
 
 
 def rows() -> Rows:

@@ -18,6 +18,7 @@ import pytest
 from pigbench import agents, cli
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
+from pigbench.layout import Layout, Space
 from pigbench.training import episodes
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import Trained, restore
@@ -77,7 +78,7 @@ def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
         np.arange(60) % 20 == 19,
     )
     config = agents.get("gcivl").preset("cpu")
-    agent = agents.build("gcivl", config, observation_size=4, action_size=2, layout={})
+    agent = agents.build("gcivl", config, Space(Layout.of({"state": 4}), 2))
     updates = make_updates(agent, jax.random.key(3), Drawn(rows, agent))
 
     def after(*counts: int) -> list[np.ndarray]:
