@@ -28,9 +28,8 @@ GOALS: Mapping[str, str] = {"state": "all", "cubes": "object_positions"}
 class Representation:
     """x of s: the terms that representation `name` of `table` keeps, in the observation's order.
 
-    Its `layout` is that of x.
-
-    With the `statistics` of observations, x is standardised to mean 0 and deviation 1 in the data.
+    The attribute `layout` is that of x. With the `statistics` of observations, x is standardised to
+    mean 0 and deviation 1 in the data.
 
     Raises `UserError` if there is no such representation, or if it keeps none of `layout`'s terms.
     """
