@@ -17,6 +17,7 @@ from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
+from pigbench.layout import Space
 
 Params = dict[str, Any]  # network name -> parameters
 Metrics = dict[str, jax.Array]  # "<part>/<quantity>" -> scalar
@@ -57,9 +58,9 @@ def take_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
 class Agent(abc.ABC, Generic[Config]):
     """Networks, loss terms and goal mixture of one method, for one observation and action space.
 
-    `layout` names the slices of an observation, in order, so that an agent can look up coordinates
-    by name. `statistics` are those of the agent's observations in the data, and `units` is the size
-    of one unit of each coordinate in the environment's own units, (observation_size,).
+    An agent can look up coordinates in the space's `layout`. `statistics` are those of the agent's
+    observations in the data, and `units` is the size of one unit of each coordinate in the
+    environment's own units, (observation_size,).
     All methods are pure and work under `jit`, `vmap` and `scan`.
     """
 
@@ -75,17 +76,15 @@ class Agent(abc.ABC, Generic[Config]):
     def __init__(
         self,
         config: Config,
+        space: Space,
         *,
-        observation_size: int,
-        action_size: int,
-        layout: Mapping[str, slice],
         statistics: Statistics | None = None,
         units: np.ndarray | float = 1.0,
     ) -> None:
         self.config = config
-        self.observation_size = observation_size
-        self.action_size = action_size
-        self.layout = layout
+        self.layout = space.layout
+        self.observation_size = space.layout.size
+        self.action_size = space.action_size
         self.statistics = statistics
         self.units = units
         if config.goals not in self.goals:
@@ -96,7 +95,7 @@ class Agent(abc.ABC, Generic[Config]):
             )
         self._represent_goals = None  # goals are passed on unchanged, whatever the layout
         if config.goals != "state":
-            self._represent_goals = Representation(config.goals, layout, table=GOALS)
+            self._represent_goals = Representation(config.goals, self.layout, table=GOALS)
 
     @property
     def goal_size(self) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.statistics import Statistics, require
 from pigbench.errors import lookup
+from pigbench.layout import Layout
 
 
 class Motion(Protocol):
@@ -44,17 +45,15 @@ class Coordinates(NamedTuple):
     `statistics` are in these coordinates; one unit of them is `units` (n,) of the observation's.
     """
 
-    layout: Mapping[str, slice]
+    layout: Layout
     statistics: Statistics | None
     units: np.ndarray | float = 1.0
 
 
 def _positions(coordinates: Coordinates) -> Direction:
-    size = max(part.stop for part in coordinates.layout.values())
-    moving = np.ones(size, np.float32)
-    for term, part in coordinates.layout.items():
-        if term.endswith("_vel"):
-            moving[part] = 0
+    moving = np.ones(coordinates.layout.size, np.float32)
+    for part in coordinates.layout.group("velocities").values():
+        moving[part] = 0
     return Direction(moving=moving)
 
 

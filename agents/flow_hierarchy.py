@@ -26,6 +26,7 @@ from pigbench.agents.sarsa import Sarsa
 from pigbench.agents.statistics import Statistics
 from pigbench.agents.statistics import require as require_statistics
 from pigbench.errors import UserError, lookup
+from pigbench.layout import Space
 
 T = TypeVar("T")
 
@@ -81,30 +82,20 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     def __init__(
         self,
         config: FlowHierarchyConfig,
+        space: Space,
         *,
         low: Callable[..., Agent[Any]],
-        observation_size: int,
-        action_size: int,
-        layout: Mapping[str, slice],
         statistics: Statistics | None = None,
     ) -> None:
-        super().__init__(
-            config,
-            observation_size=observation_size,
-            action_size=action_size,
-            layout=layout,
-            statistics=statistics,
-        )
+        super().__init__(config, space, statistics=statistics)
         self.represent = Representation(
             config.low_level_representation,
-            layout,
+            space.layout,
             require_statistics(statistics, "standardize") if config.standardize else None,
         )
         self.low = low(
             replace(config.low, discount=config.low_discount),
-            observation_size=self.represent.size,
-            action_size=action_size,
-            layout=self.represent.layout,
+            Space(self.represent.layout, space.action_size),
             statistics=self.represent.statistics(statistics),
             units=self.represent.units,
         )

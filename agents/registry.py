@@ -21,6 +21,7 @@ from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup, unknown_name
+from pigbench.layout import Space
 from pigbench.names import check
 
 _SMALL = {
@@ -110,13 +111,13 @@ def get(name: str) -> Method:
 def build(
     name: str,
     config: AgentConfig,
+    space: Space,
     *,
-    observation_size: int,
-    action_size: int,
-    layout: Mapping[str, slice],
     statistics: Statistics | None = None,
 ) -> Agent[Any]:
-    """The agent of method `name`; `statistics` are those of the observations in the data.
+    """The agent of method `name` for a space, such as an environment's `space`.
+
+    `statistics` are those of the observations from which it learns.
 
     Raises `UserError` if `config` is not of the method's type, or if it needs missing statistics.
     """
@@ -126,13 +127,7 @@ def build(
             f"method {name!r} is configured by {type(method.config).__name__}, "
             f"not by {type(config).__name__}"
         )
-    return method.agent(
-        config,
-        observation_size=observation_size,
-        action_size=action_size,
-        layout=layout,
-        statistics=statistics,
-    )
+    return method.agent(config, space, statistics=statistics)
 
 
 for _method in (

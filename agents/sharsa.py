@@ -17,6 +17,7 @@ from pigbench.agents.config import AgentConfig, require
 from pigbench.agents.flow import FlowPolicy, best_of
 from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
+from pigbench.layout import Space
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class FlowClone(Agent[FlowCloneConfig]):
 
     goals = tuple(GOALS)
 
-    def __init__(self, config: FlowCloneConfig, **space: Any) -> None:
-        super().__init__(config, **space)
+    def __init__(self, config: FlowCloneConfig, space: Space, **data: Any) -> None:
+        super().__init__(config, space, **data)
         self.has_critic = config.candidates > 1
         self.target_networks = ("critic",) if self.has_critic else ()
 

@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 from jax.core import Tracer
 
-from pigbench.envs import control, kinematics, reality, workspace
-from pigbench.envs.observation import Layout, cube_poses
+from pigbench.envs import control, kinematics, observation, reality, workspace
+from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
 from pigbench.envs.quiet import quiet
 from pigbench.envs.reality import Reality, World
@@ -16,6 +16,7 @@ from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
 from pigbench.envs.tasks import START_JITTER, Spec
 from pigbench.errors import UserError, lookup
+from pigbench.layout import Space
 from pigbench.settings import jax_defaults
 
 with quiet():
@@ -51,11 +52,17 @@ class CubeEnv(Env):
         self.physics = physics
         self.reality = reality
         self.scene = physics.scene
-        self.layout = Layout(spec.num_cubes, spec.unobserved)
+        self.layout = observation.layout(spec.num_cubes, spec.unobserved)
+        self._terms = observation.table(spec.num_cubes, spec.unobserved)
         self._reward = lookup("reward", REWARDS, reward)
         self._start = jnp.array([task.start_xyz for task in spec.tasks], jnp.float32)
         self._goal = jnp.array([task.goal_xyz for task in spec.tasks], jnp.float32)
         self._jitter = jnp.array([task.jitter for task in spec.tasks], jnp.float32)
+
+    @property
+    def space(self) -> Space:
+        """What an agent observes here, and how it acts."""
+        return Space(self.layout, self.action_size)
 
     @property
     def observation_size(self) -> int:
@@ -186,7 +193,7 @@ class CubeEnv(Env):
     @jax_defaults()
     def observe(self, physics_state: PhysicsState) -> jax.Array:
         """The observation of a bare simulation."""
-        return self.layout.observe(self.scene, physics_state)
+        return observation.observe(self._terms, self.scene, physics_state)
 
     def _settled(self, key: jax.Array, cubes: jax.Array) -> PhysicsState:
         arm_key, action_key = jax.random.split(key)

@@ -1,9 +1,10 @@
 """The observation: a table of named terms, each a small function of the simulation's state.
 
-Robot terms come first, then the terms of each cube. Other code looks up slices by name.
+Robot terms come first, then the terms of each cube. Other code looks up slices by name, or by the
+groups of `pigbench.layout`, which a term's name determines.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
 import jax
@@ -14,6 +15,7 @@ from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
 from pigbench.envs.scene import Scene
 from pigbench.envs.units import CENTRE, POSITION_SCALE
+from pigbench.layout import Layout
 
 # Scales that bring every term to order 1, as in OGBench.
 OPENING_SCALE = 3.0
@@ -113,32 +115,18 @@ def _cube_terms(index: int) -> tuple[Term, ...]:
     )
 
 
-class Layout(Mapping[str, slice]):
-    """The observation's terms in order, as a mapping from a term's name to its slice.
+def table(num_cubes: int, unobserved: Collection[str] = ()) -> tuple[Term, ...]:
+    """The observation's terms in order: all except those named in `unobserved`."""
+    cubes = (_cube_terms(index) for index in range(num_cubes))
+    every = (*ROBOT_TERMS, *(term for cube in cubes for term in cube))
+    return tuple(term for term in every if term.name not in unobserved)
 
-    It has all terms except those in `unobserved`.
-    """
 
-    def __init__(self, num_cubes: int, unobserved: Collection[str] = ()):
-        cubes = (_cube_terms(index) for index in range(num_cubes))
-        terms = (*ROBOT_TERMS, *(term for cube in cubes for term in cube))
-        self.terms = tuple(term for term in terms if term.name not in unobserved)
-        self._slices: dict[str, slice] = {}
-        start = 0
-        for term in self.terms:
-            self._slices[term.name] = slice(start, start + term.size)
-            start += term.size
-        self.size = start
+def layout(num_cubes: int, unobserved: Collection[str] = ()) -> Layout:
+    """The layout of these terms."""
+    return Layout.of({term.name: term.size for term in table(num_cubes, unobserved)})
 
-    def __getitem__(self, name: str) -> slice:
-        return self._slices[name]
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._slices)
-
-    def __len__(self) -> int:
-        return len(self._slices)
-
-    def observe(self, scene: Scene, state: PhysicsState) -> jax.Array:
-        """The observation of one simulation, (size,) float32."""
-        return jnp.concatenate([term.value(scene, state) for term in self.terms])
+def observe(terms: Iterable[Term], scene: Scene, state: PhysicsState) -> jax.Array:
+    """The observation of one simulation, (size,) float32."""
+    return jnp.concatenate([term.value(scene, state) for term in terms])

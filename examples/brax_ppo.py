@@ -51,8 +51,8 @@ class WithGoal(Wrapper):
         return self.env.observation_size + 3 * self.env.spec.num_cubes
 
     def _with_goal(self, state: State) -> State:
-        goal, layout = state.info["goal"], self.env.layout
-        places = [layout[f"cube_{cube}_pos"] for cube in range(self.env.spec.num_cubes)]
+        goal = state.info["goal"]
+        places = self.env.layout.group("object_positions").values()
         ways = [goal[place] - state.obs[place] for place in places]
         return state.replace(obs=jnp.concatenate([state.obs, *ways]))
 

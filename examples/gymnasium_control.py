@@ -15,11 +15,11 @@ import numpy as np
 import tyro
 
 import pigbench  # noqa: F401  registers the environments with Gymnasium
-from pigbench.envs.observation import Layout
+from pigbench.envs.observation import layout
 from pigbench.support import files, pictures
 
 ENVIRONMENT = "pigbench/cube-single-v0"
-LAYOUT = Layout(num_cubes=1)
+LAYOUT = layout(num_cubes=1)
 DECIMETRE = 0.1  # the unit of observed positions, in metres
 LONGEST_MOVE, LARGEST_TURN = 0.05, 0.3  # of an action of 1, in metres and radians
 OPEN, SHUT = -1.0, 1.0

@@ -9,7 +9,6 @@ columns that they need.
 
 import csv
 import dataclasses
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.data import dataset
 from pigbench.envs.units import metres
+from pigbench.layout import Layout
 from pigbench.report import stats, tables
 from pigbench.support import files
 from pigbench.training.evaluate import Evaluation
@@ -32,9 +32,7 @@ TO_BASE = Rotation.from_euler("z", 90, degrees=True)
 """From the world frame to that of the robot's controller."""
 
 
-def log_of(
-    observations: np.ndarray, actions: np.ndarray, layout: Mapping[str, slice]
-) -> dict[str, np.ndarray]:
+def log_of(observations: np.ndarray, actions: np.ndarray, layout: Layout) -> dict[str, np.ndarray]:
     """The columns of an episode's log, by name, each (rows,)."""
 
     def term(name: str) -> np.ndarray:

@@ -6,7 +6,6 @@ point to the cube. (With the state K steps ahead as the goal, as in `subgoals`, 
 copy the answer from the goal.)
 """
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import jax
@@ -15,11 +14,11 @@ import numpy as np
 
 from pigbench import envs, seeds
 from pigbench.agents import FlowHierarchy, Params
-from pigbench.agents.representations import is_position
 from pigbench.analysis.modes import HOLDING, contact_modes, pinch_points
 from pigbench.data import sampler
 from pigbench.data.dataset import Split
 from pigbench.envs.units import metres
+from pigbench.layout import Layout
 
 RESTING = 0.01
 """Metres in x and y by which a cube may move within the K steps. It is then grasped about where it
@@ -37,9 +36,7 @@ class Grasps(NamedTuple):
     cube: np.ndarray  # (N, 2) metres, x and y of the held cube K steps later
 
 
-def draw(
-    split: Split, agent: FlowHierarchy, layout: Mapping[str, slice], *, samples: int, seed: int
-) -> Grasps:
+def draw(split: Split, agent: FlowHierarchy, layout: Layout, *, samples: int, seed: int) -> Grasps:
     """Up to `samples` grasps, with goals drawn as for the agent's actor in training."""
     steps = agent.config.subgoal_steps
     rows = sampler.Rows.from_split(split)
@@ -84,13 +81,13 @@ def pinch(agent: FlowHierarchy, subgoals: jax.Array) -> np.ndarray:
 
 
 def _held_cube(
-    starts: np.ndarray, ahead: np.ndarray, layout: Mapping[str, slice]
+    starts: np.ndarray, ahead: np.ndarray, layout: Layout
 ) -> tuple[np.ndarray, np.ndarray]:
     """Position (N, 2) in `ahead` of the cube nearest to the pinch point, and how far it moved (N,).
 
     Both in metres, in x and y; the motion is from the cube's position in `starts`.
     """
-    places = [part for term, part in layout.items() if is_position(term)]
+    places = layout.group("object_positions").values()
     before, after = (
         metres(np.stack([states[:, part] for part in places])) for states in (starts, ahead)
     )

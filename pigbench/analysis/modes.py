@@ -1,34 +1,33 @@
 """Contact modes, inferred from observations alone."""
 
-from collections.abc import Mapping
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench.agents.representations import is_position
 from pigbench.envs import servo
 from pigbench.envs.contact import HOLDING_DISTANCE, feels
 from pigbench.envs.units import metres
+from pigbench.layout import Layout
 
 FREE, TOUCHING, HOLDING = "free", "touching", "holding"
 MODES = FREE, TOUCHING, HOLDING
 
 
-def contact_modes(observations: np.ndarray, layout: Mapping[str, slice]) -> np.ndarray:
+def contact_modes(observations: np.ndarray, layout: Layout) -> np.ndarray:
     """The mode of each observation, (N, o) to (N,) strings of `MODES`.
 
     The finger pad feels no force (free), a force with a cube around the pinch point (holding), or a
     force without one (touching).
     """
     contact = observations[:, layout["gripper_contact"]][:, 0]
-    cubes = [metres(observations[:, part]) for term, part in layout.items() if is_position(term)]
+    places = layout.group("object_positions").values()
+    cubes = [metres(observations[:, part]) for part in places]
     pinch = pinch_points(observations, layout)
     held = feels(contact, pinch, np.stack(cubes, axis=1), within=HOLDING_DISTANCE)
     return np.select([held.any(axis=-1), contact > 0], [HOLDING, TOUCHING], FREE)
 
 
-def pinch_points(observations: np.ndarray, layout: Mapping[str, slice]) -> np.ndarray:
+def pinch_points(observations: np.ndarray, layout: Layout) -> np.ndarray:
     """The pinch point of each observation, (N, o) to (N, 3) metres; from the joints if need be."""
     if "effector_pos" in layout:
         return metres(observations[:, layout["effector_pos"]])

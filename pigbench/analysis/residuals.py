@@ -12,7 +12,6 @@ from pigbench import seeds
 from pigbench.agents import Agent, Params
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.regularizers import eikonal_residual, hjb_residual
-from pigbench.agents.representations import is_object
 from pigbench.analysis.modes import MODES, contact_modes
 from pigbench.data import sampler
 from pigbench.data.sampler import Rows
@@ -76,18 +75,12 @@ def _measure_batch(
     )
     gradients = jax.grad(lambda states: value(states).sum())(states)
     squares = gradients**2 / jnp.sum(gradients**2, axis=-1, keepdims=True)
-    shares = {
-        kind: sum(
-            (
-                squares[:, part].sum(axis=-1)
-                for term, part in learner.layout.items()
-                if is_object(term) == kind
-            ),
-            start=jnp.zeros(len(states)),
-        )
-        for kind in (False, True)
-    }
-    return batch.observations, eikonal, hjb, safe_norm(gradients), shares[False], shares[True]
+
+    def share(group: str) -> jax.Array:
+        parts = learner.layout.group(group).values()
+        return sum((squares[:, part].sum(axis=-1) for part in parts), start=jnp.zeros(len(states)))
+
+    return batch.observations, eikonal, hjb, safe_norm(gradients), share("robot"), share("objects")
 
 
 def by_mode(modes: np.ndarray, values: np.ndarray) -> Mapping[str, np.ndarray]:

@@ -16,11 +16,11 @@ import numpy as np
 
 from pigbench import envs, seeds
 from pigbench.agents import FlowHierarchy, Params
-from pigbench.agents.representations import is_position
 from pigbench.analysis.modes import contact_modes, pinch_points
 from pigbench.data.dataset import Split
 from pigbench.envs.units import POSITION_SCALE
 from pigbench.errors import UserError
+from pigbench.layout import Layout
 
 Way = Callable[[jax.Array, jax.Array], jax.Array]
 """Maps observations (N, o) and the number of steps done, (), to actions (N, a)."""
@@ -107,11 +107,10 @@ def _simulate(env: "envs.CubeEnv", way: Way, stretches: Stretches) -> np.ndarray
     return np.asarray(run(stretches.qpos, stretches.qvel))
 
 
-def _distances(states: np.ndarray, aims: np.ndarray, layout: Mapping[str, slice]) -> Distances:
-    def apart(term: str) -> np.ndarray:
-        part = layout[term]
+def _distances(states: np.ndarray, aims: np.ndarray, layout: Layout) -> Distances:
+    def apart(part: slice) -> np.ndarray:
         return np.linalg.norm(states[:, part] - aims[:, part], axis=-1) / POSITION_SCALE
 
-    cubes = [apart(term) for term in layout if is_position(term)]
+    cubes = [apart(part) for part in layout.group("object_positions").values()]
     pinch = pinch_points(states, layout) - pinch_points(aims, layout)
     return Distances(np.linalg.norm(pinch, axis=-1), np.max(cubes, axis=0))

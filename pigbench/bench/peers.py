@@ -11,7 +11,6 @@ from pigbench.bench.timing import Contender
 from pigbench.bench.training import standard
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.fidelity import peer
-from pigbench.training.restore import agent_for
 
 
 def generation(environment: str) -> Contender:
@@ -27,7 +26,9 @@ def generation(environment: str) -> Contender:
 def evaluation(ours: "envs.CubeEnv", method: str, preset: str) -> Contender:
     """Evaluation episodes of a method's untrained policy; an item is a control step."""
     env = peer.make(ours.spec.name, mode="task")
-    agent = agent_for(ours, method, agents.get(method).preset(preset), standard(ours))
+    agent = agents.build(
+        method, agents.get(method).preset(preset), ours.space, statistics=standard(ours)
+    )
     params = agents.create(agent, jax.random.key(0)).params
     act = jax.jit(agent.act)
 

@@ -20,7 +20,6 @@ from pigbench.data.homes import Home
 from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.training import batches
-from pigbench.training.restore import agent_for
 from pigbench.training.train import make_updates
 
 _METHOD, _PRESET = "gcivl", "cpu"
@@ -76,7 +75,7 @@ def _serve(connection: Connection, folder: Path, home: str) -> None:
     connection.send(time.perf_counter() - begin)
     env = envs.make(data.spec.environment)
     config = agents.get(_METHOD).preset(_PRESET)
-    agent = agent_for(env, _METHOD, config, Statistics.of(rows.observations))
+    agent = agents.build(_METHOD, config, env.space, statistics=Statistics.of(rows.observations))
     init_key, key = jax.random.split(jax.random.key(0))
     states, done = [agents.create(agent, init_key)], 0
     with batches.of(rows, agent, key) as source:

@@ -21,7 +21,6 @@ from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS
 from pigbench.training.evaluate import Evaluation, make_evaluator
-from pigbench.training.restore import agent_for
 
 _CHUNK = 10  # control steps per call
 _WHOLE = 0.98  # least share of an evaluation's control steps that must be run
@@ -101,7 +100,9 @@ def evaluation(
     env: "envs.CubeEnv", episodes: int, method: str, preset: str, *, name: str
 ) -> Contender:
     """Whole evaluations of a method's untrained policy; an item is one episode's control step."""
-    agent = agent_for(env, method, agents.get(method).preset(preset), standard(env))
+    agent = agents.build(
+        method, agents.get(method).preset(preset), env.space, statistics=standard(env)
+    )
     params = agents.create(agent, jax.random.key(0)).params
     evaluate = make_evaluator(env, agent, Evaluation(episodes))
     steps = env.num_tasks * episodes * env.episode_length

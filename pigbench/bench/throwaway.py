@@ -10,7 +10,6 @@ import numpy as np
 
 from pigbench import envs
 from pigbench.data import collect
-from pigbench.data.dataset import sizes
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
@@ -45,7 +44,7 @@ def _write(environment: str, transitions: int, folder: Path) -> None:
         episodes_per_shard=_SIMULATED,
         rows_per_episode=EPISODE_ROWS,
         fields=collect.COMPACT,
-        layout=sizes(env.layout),
+        layout=env.layout,
         action_size=env.action_size,
         versions=package_versions(),
     )

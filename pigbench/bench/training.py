@@ -11,7 +11,6 @@ from pigbench.bench.timing import Contender, Timing
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.sampler import Rows
 from pigbench.training.batches import Drawn
-from pigbench.training.restore import agent_for
 from pigbench.training.train import join, make_updates
 
 _EPISODES = 20
@@ -53,7 +52,7 @@ def updates(
     Seeds are trained together; an item is one seed's update.
     """
     keys = [jax.random.split(jax.random.key(seed)) for seed in range(seeds)]
-    agent = agent_for(env, method, config, standard(env))
+    agent = agents.build(method, config, env.space, statistics=standard(env))
     key = join([step_key for _, step_key in keys])
     run = make_updates(agent, key, Drawn(rows, agent))
     states, done = [agents.create(agent, init_key) for init_key, _ in keys], 0

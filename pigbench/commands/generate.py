@@ -13,7 +13,6 @@ import tyro
 from pigbench import envs, settings
 from pigbench.cluster import Cluster
 from pigbench.data import collect, remote
-from pigbench.data.dataset import sizes
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
@@ -93,7 +92,7 @@ class Generate:
             episodes_per_shard=self._episodes_per_shard(),
             rows_per_episode=0 if policy.episode_rows else self.episode_length,
             fields=collect.COMPACT if self.compact else collect.FIELDS,
-            layout=sizes(env.layout),
+            layout=env.layout,
             action_size=env.action_size,
             versions=package_versions(),
             settings=settings.in_force(),

@@ -22,10 +22,9 @@ from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.lock import only_writer
 from pigbench.training.evaluate import Evaluation
-from pigbench.training.layout import Layout
 from pigbench.training.provenance import provenance
-from pigbench.training.restore import agent_for
 from pigbench.training.run import Keep, Run, RunConfig, common_step, open_run, resume
+from pigbench.training.sharding import Sharding
 from pigbench.training.train import Schedule, train
 
 
@@ -120,9 +119,9 @@ class Train:
         home = homes.choose(self.rows, split)
         rows = homes.open_rows(split, home)
         statistics = Statistics.of(rows.observations)
-        agent = agent_for(env, self.method, self.agent_config, statistics)
+        agent = agents.build(self.method, self.agent_config, env.space, statistics=statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
-        layout = Layout.over_all(
+        sharding = Sharding.over_all(
             seeds=len(groups[0]),
             batch_size=self.agent_config.batch_size,
             data_parallel=self.data_parallel,
@@ -146,8 +145,8 @@ class Train:
                     keep=self.keep,
                     shown_by=[trackers.get(name) for name in self.logger],
                     films=self.films,
-                    layout=layout,
-                    remark=", ".join(filter(None, (str(home), str(layout)))),
+                    sharding=sharding,
+                    remark=", ".join(filter(None, (str(home), str(sharding)))),
                 )
                 jax.block_until_ready(states)
             for folder in group:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ from pigbench.data import manifest, shard
 from pigbench.data.manifest import Manifest, ShardRecord, Spec
 from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError, lookup
+from pigbench.layout import Layout
 from pigbench.support import files
 
 _REPEAT = "run the same `pigbench generate` again (or `pigbench data import`, or `data filter`)"
@@ -83,9 +84,9 @@ class Dataset:
         return self.manifest.spec
 
     @property
-    def layout(self) -> dict[str, slice]:
-        """The slice of an observation for each of its terms, in order."""
-        return slices(self.spec.layout)
+    def layout(self) -> Layout:
+        """The terms of its observations."""
+        return self.spec.layout
 
     @property
     def digest(self) -> str:
@@ -143,26 +144,15 @@ def verify(folder: Path) -> list[str]:
     return unfinished + [f"{path} {problem}" for path, problem in found]
 
 
-def check_layout(dataset: Dataset, layout: Mapping[str, slice]) -> None:
+def check_layout(dataset: Dataset, layout: Layout) -> None:
     """Raise UserError unless the observations have the environment's `layout`."""
-    pairs = itertools.zip_longest(dataset.spec.layout, sizes(layout))
+    pairs = itertools.zip_longest(dataset.layout.terms, layout.terms)
     for number, (stored, expected) in enumerate(pairs):
         if stored != expected:
             raise UserError(
                 f"{dataset.folder} does not fit the environment: term {number} of an observation "
                 f"is {_term(stored)} in the data and {_term(expected)} in the environment"
             )
-
-
-def sizes(layout: Mapping[str, slice]) -> tuple[tuple[str, int], ...]:
-    """(name, size) of each term of an observation, from its slice."""
-    return tuple((name, part.stop - part.start) for name, part in layout.items())
-
-
-def slices(terms: tuple[tuple[str, int], ...]) -> dict[str, slice]:
-    """The slice of each term of an observation, from (name, size): the inverse of `sizes`."""
-    stops = itertools.accumulate(size for _, size in terms)
-    return {name: slice(stop - size, stop) for (name, size), stop in zip(terms, stops, strict=True)}
 
 
 def _term(term: tuple[str, int] | None) -> str:

@@ -44,7 +44,7 @@ def open_rows(split: Split, home: Home) -> Rows:
 
 def size(split: Split) -> int:
     """Bytes that a split's rows take in memory."""
-    numbers = split.spec.observation_size + split.spec.action_size
+    numbers = split.spec.layout.size + split.spec.action_size
     return split.rows * numbers * shard.DTYPES["observations"].itemsize
 
 

@@ -102,7 +102,7 @@ def _features(dataset: Dataset) -> dict[str, dict[str, Any]]:
     """The features of a frame, as listed in `info.json`."""
     terms = [
         f"{name}_{number}" if size > 1 else name
-        for name, size in dataset.spec.layout
+        for name, size in dataset.layout.terms
         for number in range(size)
     ]
     moves = ["x", "y", "z", "yaw", "gripper"]

@@ -7,13 +7,13 @@ line: rewriting the manifest for every shard would cost the square of their numb
 """
 
 import dataclasses
-import itertools
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pigbench.errors import UserError
+from pigbench.layout import Layout
 from pigbench.support import files
 
 FORMAT = 1
@@ -48,7 +48,7 @@ class Spec:
             split.
         rows_per_episode: the rows of an episode, including its last state; 0 if they differ.
         fields: names of the stored fields, from `pigbench.data.shard.DTYPES`.
-        layout: (name, size) of each term of an observation, in order.
+        layout: the terms of an observation.
         action_size: the size of an action.
         versions: versions of the packages that the numbers depend on.
         settings: other settings that they depend on, from `pigbench.settings.in_force`; empty for
@@ -64,19 +64,18 @@ class Spec:
     episodes_per_shard: int | Mapping[str, tuple[int, ...]]
     rows_per_episode: int
     fields: tuple[str, ...]
-    layout: tuple[tuple[str, int], ...]
+    layout: Layout
     action_size: int
     versions: Mapping[str, str]
     settings: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
-    @property
-    def observation_size(self) -> int:
-        """The size of an observation."""
-        return sum(size for _, size in self.layout)
+    def as_dict(self) -> dict[str, Any]:
+        """The specification in plain types; its layout is the (name, size) of each term."""
+        return {**dataclasses.asdict(self), "layout": self.layout.terms}
 
     def as_json(self) -> str:
         """The specification as JSON, the inverse of `spec_of`."""
-        return json.dumps(dataclasses.asdict(self))
+        return json.dumps(self.as_dict())
 
     def plan(self) -> tuple[Shard, ...]:
         """The shards of the complete data set."""
@@ -159,7 +158,8 @@ def remaining(folder: Path) -> str | None:
 
 def write(folder: Path, manifest: Manifest) -> None:
     """Replace the manifest of the data set in `folder`, and remove the journal."""
-    content = {"format": FORMAT, **dataclasses.asdict(manifest)}
+    shards = [dataclasses.asdict(record) for record in manifest.shards]
+    content = {"format": FORMAT, "spec": manifest.spec.as_dict(), "shards": shards}
     files.write_json(folder / FILE_NAME, files.sealed(content))
     (folder / JOURNAL).unlink(missing_ok=True)
 
@@ -200,7 +200,6 @@ def spec_of(content: str) -> Spec:
 def describe(manifest: Manifest) -> str:
     """A readable summary of the data set in a few lines."""
     spec, shards = manifest.spec, manifest.shards
-    stops = itertools.accumulate(size for _, size in spec.layout)
     lines = {
         "environment": spec.environment,
         "policy": spec.policy,
@@ -220,9 +219,9 @@ def describe(manifest: Manifest) -> str:
             f"{sum(part.episodes for part in parts):,} of {asked:,} episodes, "
             f"{sum(part.dropped for part in parts):,} dropped as diverged"
         )
-    lines["observation"] = f"{spec.observation_size} numbers"
-    for (name, size), stop in zip(spec.layout, stops, strict=True):
-        lines[f"  {name}"] = f"[{stop - size}:{stop}]"
+    lines["observation"] = f"{spec.layout.size} numbers"
+    for name, part in spec.layout.items():
+        lines[f"  {name}"] = f"[{part.start}:{part.stop}]"
     width = max(map(len, lines))
     return "\n".join(f"{name:<{width}}  {text}" for name, text in lines.items())
 
@@ -238,7 +237,7 @@ def _journal(folder: Path) -> list[ShardRecord]:
 
 def _spec(content: Mapping[str, Any]) -> Spec:
     fields = tuple(content["fields"])
-    layout = tuple((name, size) for name, size in content["layout"])
+    layout = Layout(tuple((name, size) for name, size in content["layout"]))
     sizes = content["episodes_per_shard"]
     if not isinstance(sizes, int):
         sizes = {split: tuple(own) for split, own in sizes.items()}

@@ -113,7 +113,7 @@ def _metadata(identity: str, split: Split) -> dict[str, Any]:
         "data_format": "arrow",
         "jpeg_encoding": False,
         "env_spec": environment.to_json(),
-        "observation_space": _box(spec.observation_size, np.inf),
+        "observation_space": _box(spec.layout.size, np.inf),
         "action_space": _box(spec.action_size, 1.0),
         "algorithm_name": spec.policy,
         "description": f"{spec.policy} data of {spec.environment}, made by pigbench with seed "

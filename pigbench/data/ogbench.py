@@ -24,7 +24,7 @@ import numpy as np
 from pigbench import envs
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.data import collect, shard
-from pigbench.data.dataset import Dataset, Split, sizes
+from pigbench.data.dataset import Dataset, Split
 from pigbench.data.manifest import Shard, ShardRecord, Spec
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError, lookup
@@ -184,7 +184,7 @@ def _spec(env: "envs.CubeEnv", sources: Mapping[str, Sequence["_Source"]]) -> Sp
         },
         rows_per_episode=int(lengths[0]) if len(lengths) == 1 else 0,
         fields=tuple(field for field in every[0].fields if all(field in s.fields for s in every)),
-        layout=sizes(env.layout),
+        layout=env.layout,
         action_size=env.action_size,
         versions={source.path.name: f"SHA-256 {source.sha256}" for source in every},
     )

@@ -8,6 +8,7 @@ import numpy as np
 from pigbench.envs.scene import CONTROL_STEP, CUBE_HALF_SIZE
 from pigbench.envs.units import metres
 from pigbench.errors import UserError
+from pigbench.layout import Layout
 
 FREE = 0.1
 """Contact below which the pad counts as free."""
@@ -103,7 +104,7 @@ CRITERIA: Mapping[str, Criterion] = {
 """The criteria by name; this table determines what is measured and what is good enough."""
 
 
-def episode(observations: np.ndarray, layout: Mapping[str, slice], goal: np.ndarray) -> Episode:
+def episode(observations: np.ndarray, layout: Layout, goal: np.ndarray) -> Episode:
     """An episode's columns, of its observations (rows, o) and the goal (3,). UserError if it has
     none of them.
     """

@@ -15,6 +15,7 @@ from pigbench.data.manifest import Shard, Spec
 from pigbench.data.quality import CRITERIA, Limits
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError, lookup
+from pigbench.layout import Layout
 from pigbench.support import files
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
@@ -147,7 +148,7 @@ def write_report(
 def _judge(
     split: Split,
     number: int,
-    layout: Mapping[str, slice],
+    layout: Layout,
     goal: np.ndarray,
     criteria: Collection[str],
     limits: Limits,

@@ -76,7 +76,7 @@ def file_problems(folder: Path, record: ShardRecord) -> Iterator[tuple[Path, str
 def field_problem(spec: Spec, field: str, array: np.ndarray, *, rows: int) -> str | None:
     """The problem with `array` as the `field` of a shard of `rows` rows; None if there is none."""
     row_shapes = {
-        "observations": (spec.observation_size,),
+        "observations": (spec.layout.size,),
         "actions": (spec.action_size,),
         "terminals": (),
     }

@@ -64,7 +64,7 @@ def _begin(folder: Path, spec: Spec) -> Manifest:
 def _continue(folder: Path, spec: Spec) -> Manifest:
     stored = manifest.read(folder)
     known = dataclasses.replace(spec, settings=stored.spec.settings and spec.settings)
-    require_same(str(folder), dataclasses.asdict(stored.spec), dataclasses.asdict(known))
+    require_same(str(folder), stored.spec.as_dict(), known.as_dict())
     whole = stored.with_shards(
         record for record in stored.shards if not any(shard.file_problems(folder, record))
     )

@@ -4,10 +4,11 @@ A YAML header describes the folder's contents to the hub, Markdown to people.
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from pigbench import envs
+from pigbench.layout import Layout
 
 FILE_NAME = "README.md"
 
@@ -38,18 +39,18 @@ def facts(values: Mapping[str, Any]) -> str:
     return "\n".join(f"- {name}: {value}" for name, value in values.items())
 
 
-def observation_table(environment: str, layout: Iterable[tuple[str, int]]) -> str:
+def observation_table(environment: str, layout: Layout) -> str:
     """The positions of an observation's terms, and their meanings as far as they are known."""
     meanings = _meanings(environment)
-    lines, stop = ["| term | numbers | meaning |", "|---|---|---|"], 0
-    for name, size in layout:
-        start, stop = stop, stop + size
-        lines.append(f"| `{name}` | {start} to {stop - 1} | {meanings.get(name, '')} |")
-    return "\n".join(lines)
+    rows = [
+        f"| `{name}` | {part.start} to {part.stop - 1} | {meanings.get(name, '')} |"
+        for name, part in layout.items()
+    ]
+    return "\n".join(["| term | numbers | meaning |", "|---|---|---|", *rows])
 
 
 def _meanings(environment: str) -> Mapping[str, str]:
-    from pigbench.envs.observation import Layout
+    from pigbench.envs.observation import table
 
     spec = envs.SPECS.get(environment)
-    return {term.name: term.meaning for term in Layout(spec.num_cubes).terms} if spec else {}
+    return {term.name: term.meaning for term in table(spec.num_cubes)} if spec else {}

@@ -39,9 +39,7 @@ def describe(dataset: Dataset, *, license: str = card.LICENSE) -> str:
         f"episodes {sum(shard.episodes for shard in shards if shard.split == name):,}"
         for name in spec.episodes
     }
-    usage = _NUMPY.format(
-        shard=shards[0].name, size=spec.observation_size, action_size=spec.action_size
-    )
+    usage = _NUMPY.format(shard=shards[0].name, size=spec.layout.size, action_size=spec.action_size)
     return card.card(
         {
             "license": license,

@@ -18,7 +18,6 @@ import numpy as np
 
 from pigbench import xla
 from pigbench.agents import Agent, Params
-from pigbench.data.dataset import sizes
 from pigbench.errors import UserError
 from pigbench.settings import jax_defaults
 from pigbench.sharing import card
@@ -193,7 +192,7 @@ def _card(trained: Trained, about: Mapping[str, Any], license: str) -> str:
         f"## Acting\n\nWith jax, flatbuffers and safetensors installed, in this folder:\n\n"
         f"{card.code('python', usage)}",
         f"## Observations, goals and actions\n\n"
-        f"{card.observation_table(config.environment, sizes(agent.layout))}\n\n"
+        f"{card.observation_table(config.environment, agent.layout)}\n\n"
         f"A goal is an observation too. {card.ACTION}",
         f"`{CONFIG_FILE}` has every hyperparameter, and versions.",
     )

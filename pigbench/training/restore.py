@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jax
 
 from pigbench import agents, envs
-from pigbench.agents import Agent, AgentConfig, Statistics, TrainState
+from pigbench.agents import Agent, TrainState
 from pigbench.errors import UserError
 from pigbench.training import episodes
 from pigbench.training.checkpoints import Checkpoints
@@ -23,23 +23,6 @@ class Trained(NamedTuple):
     state: TrainState
 
 
-def agent_for(
-    env: "envs.CubeEnv", method: str, config: AgentConfig, statistics: Statistics | None
-) -> Agent:
-    """The agent of a method for the environment's observations and actions.
-
-    `statistics` are those of the observations from which it learns.
-    """
-    return agents.build(
-        method,
-        config,
-        observation_size=env.observation_size,
-        action_size=env.action_size,
-        layout=env.layout,
-        statistics=statistics,
-    )
-
-
 def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last") -> Trained:
     """The run in `folder`, with its last checkpoint, its best, or that of a step.
 
@@ -50,7 +33,9 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
     env = envs.make(
         run.config.environment, engine=engine or run.config.engine, profile=run.config.physics
     )
-    agent = agent_for(env, run.config.method, agent_config(run), read_statistics(run))
+    agent = agents.build(
+        run.config.method, agent_config(run), env.space, statistics=read_statistics(run)
+    )
     with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
         step = _step(run, sorted(checkpoints.steps()), checkpoint)
         state = checkpoints.restore(agents.create(agent, jax.random.key(0)), step)

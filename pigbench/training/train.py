@@ -25,14 +25,14 @@ from pigbench.training.batches import Batches
 from pigbench.training.checkpoints import Checkpoints, Kept, last_two
 from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
 from pigbench.training.films import keep_films, make_filmer
-from pigbench.training.layout import SEEDS, Layout
 from pigbench.training.measures import BRIEF
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.run import Keep, Run, common_step
+from pigbench.training.sharding import SEEDS, Sharding
 
 Tree = TypeVar("Tree")
 
-ONE_DEVICE = Layout()
+ONE_DEVICE = Sharding()
 
 Updates = Callable[[Sequence[TrainState], int, int], tuple[list[TrainState], list[Metrics]]]
 """Updates states from one step up to another; returns the new states and mean metrics."""
@@ -76,7 +76,7 @@ def train(
     *,
     schedule: Schedule,
     evaluation: Evaluation,
-    layout: Layout = ONE_DEVICE,
+    sharding: Sharding = ONE_DEVICE,
     keep: Keep = "last",
     shown_by: Sequence[type[Tracker]] = (),
     films: bool = False,
@@ -93,7 +93,7 @@ def train(
     with contextlib.ExitStack() as stack:
         key = join([step_key for _, step_key in keys])
         source = stack.enter_context(batches.of(rows, agent, key))
-        updates = make_updates(agent, key, source, layout)
+        updates = make_updates(agent, key, source, sharding)
         checkpoints = [
             stack.enter_context(Checkpoints(run.checkpoints_path, kept=_KEPT[keep](run)))
             for run in runs
@@ -172,7 +172,7 @@ def _brief(outcomes: Sequence[Outcome]) -> str:
 
 
 def make_updates(
-    agent: Agent, key: jax.Array, source: Batches, layout: Layout = ONE_DEVICE
+    agent: Agent, key: jax.Array, source: Batches, sharding: Sharding = ONE_DEVICE
 ) -> Updates:
     """The updates of the seed with `key`, or of several seeds together with keys (S,).
 
@@ -186,7 +186,7 @@ def make_updates(
 
         def batch(step: jax.Array | int) -> Batch:
             batch_key, _ = batches.keys_of(key, step)
-            return layout.share_batch(source.batch(part, batch_key, step))
+            return sharding.share_batch(source.batch(part, batch_key, step))
 
         def update(
             step: jax.Array | int, state: TrainState, batch: Batch
@@ -214,7 +214,7 @@ def make_updates(
     ) -> tuple[list[TrainState], list[Metrics]]:
         if key.ndim:
             together = jax.vmap(loop, in_axes=(0, 0, source.axis, None, None), spmd_axis_name=SEEDS)
-            state, sums = together(layout.share_seeds(join(states)), key, part, start, stop)
+            state, sums = together(sharding.share_seeds(join(states)), key, part, start, stop)
         else:
             state, sums = loop(join(states), key, part, start, stop)
         return _part(state, len(states)), _part(sums, len(states))
@@ -222,7 +222,7 @@ def make_updates(
     def updates(
         states: Sequence[TrainState], start: int, stop: int
     ) -> tuple[list[TrainState], list[Metrics]]:
-        sums, done, states = [], start, layout.spread(states)
+        sums, done, states = [], start, sharding.spread(states)
         for part, end in source.parts(start, stop):
             states, part_sums = run(states, key, part, done, end)
             jax.block_until_ready(sums[-1:])  # so that at most two parts are on the device
@@ -232,7 +232,7 @@ def make_updates(
             jax.tree.map(lambda *x: sum(x) / (stop - start), *own)
             for own in zip(*jax.device_get(sums), strict=True)
         ]
-        return list(layout.collect(states)), means
+        return list(sharding.collect(states)), means
 
     return updates
 

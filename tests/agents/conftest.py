@@ -5,9 +5,10 @@ import pytest
 
 from pigbench import agents
 from pigbench.agents import Batch, Statistics, Subgoals
+from pigbench.layout import Layout, Space
 
 OBSERVATION_SIZE, ACTION_SIZE = 4, 2
-LAYOUT = {"joint_pos": slice(0, 3), "cube_0_pos": slice(3, 4)}
+SPACE = Space(Layout.of({"joint_pos": 3, "cube_0_pos": 1}), ACTION_SIZE)
 
 
 @pytest.fixture
@@ -25,9 +26,7 @@ def build():
         return agents.build(
             name,
             type(agents.get(name).config)(**small | fields),
-            observation_size=OBSERVATION_SIZE,
-            action_size=ACTION_SIZE,
-            layout=LAYOUT,
+            SPACE,
             statistics=Statistics.standard(OBSERVATION_SIZE),
         )
 

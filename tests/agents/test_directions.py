@@ -6,8 +6,9 @@ from pigbench.agents import directions
 from pigbench.agents.directions import DIRECTIONS, Coordinates
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
+from pigbench.layout import Layout
 
-LAYOUT = {"joint_pos": slice(0, 2), "joint_vel": slice(2, 3)}
+LAYOUT = Layout.of({"joint_pos": 2, "joint_vel": 1})
 COORDINATES = Coordinates(
     LAYOUT,
     Statistics(np.zeros(3), np.array([3.0, 4.0, 12.0])),

@@ -12,6 +12,7 @@ from ogbench.relabel_utils import add_oracle_reps
 from pigbench import agents, envs
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.errors import UserError
+from pigbench.layout import Layout, Space
 
 SMALL = {"actor_hidden_sizes": (16,), "value_hidden_sizes": (16,)}
 QUASIMETRICS = ("qrl", "eik-qrl", "hjb-qrl")
@@ -121,7 +122,7 @@ def test_an_agent_that_does_not_know_other_goals_refuses_them():
     class StatesAlone(agents.Agent):
         init = loss = act = None
 
-    space = {"observation_size": 1, "action_size": 1, "layout": {"cube_0_pos": slice(0, 1)}}
-    StatesAlone(agents.AgentConfig(), **space)
+    space = Space(Layout.of({"cube_0_pos": 1}), 1)
+    StatesAlone(agents.AgentConfig(), space)
     with pytest.raises(UserError, match="goals is 'cubes': StatesAlone supports only state"):
-        StatesAlone(agents.AgentConfig(goals="cubes"), **space)
+        StatesAlone(agents.AgentConfig(goals="cubes"), space)

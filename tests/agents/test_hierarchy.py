@@ -15,6 +15,7 @@ from pigbench.agents import (
     Statistics,
 )
 from pigbench.errors import UserError
+from pigbench.layout import Layout, Space
 
 SMALL = {"actor_hidden_sizes": (16,), "value_hidden_sizes": (16,)}
 
@@ -97,9 +98,7 @@ def test_the_low_level_is_the_flat_agent_on_its_representation(hierarchy, init, 
     flat = agents.build(
         "gcivl",
         GCIVLConfig(**SMALL, discount=1 - 1 / 3),
-        observation_size=3,
-        action_size=2,
-        layout={},
+        Space(Layout.of({"joint_pos": 3}), 2),
     )
     params, targets = (init(jax.random.key(seed)) for seed in (0, 1))
     targets = {name: targets[name] for name in hierarchy.target_networks}
@@ -167,9 +166,7 @@ def test_standardized_the_levels_see_the_datas_own_scale(batch):
     agent = agents.build(
         "h-flow-gcivl",
         config,
-        observation_size=4,
-        action_size=2,
-        layout={"joint_pos": slice(0, 3), "cube_0_pos": slice(3, 4)},
+        Space(Layout.of({"joint_pos": 3, "cube_0_pos": 1}), 2),
         statistics=agents.Statistics(mean, deviation),
     )
     states = batch.observations
@@ -197,9 +194,7 @@ def test_standardizing_needs_statistics():
         agents.build(
             "h-flow-gcivl",
             FlowHierarchyConfig(low=GCIVLConfig()),
-            observation_size=3,
-            action_size=2,
-            layout={"joint_pos": slice(0, 3)},
+            Space(Layout.of({"joint_pos": 3}), 2),
         )
 
 
@@ -253,9 +248,7 @@ def test_motion_is_that_of_the_low_level_in_its_own_coordinates(direction, batch
     hierarchy = agents.build(
         "h-flow-gcivl",
         FlowHierarchyConfig(low=low, **SMALL),
-        observation_size=4,
-        action_size=2,
-        layout={"joint_pos": slice(0, 3), "cube_0_pos": slice(3, 4)},
+        Space(Layout.of({"joint_pos": 3, "cube_0_pos": 1}), 2),
         statistics=Statistics(np.zeros(4, np.float32), deviation),
     )
     moves = (batch.next_observations - batch.observations)[:, :3]

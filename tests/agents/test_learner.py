@@ -8,6 +8,7 @@ from jax.experimental.compilation_cache import compilation_cache
 
 from pigbench import agents
 from pigbench.agents import Agent, AgentConfig, Batch
+from pigbench.layout import Layout, Space
 
 
 class Line(Agent[AgentConfig]):
@@ -29,13 +30,13 @@ class Line(Agent[AgentConfig]):
 @pytest.fixture
 def line():
     config = AgentConfig(learning_rate=0.1, target_rate=0.25)
-    return Line(config, observation_size=1, action_size=1, layout={})
+    return Line(config, Space(Layout.of({"state": 1}), 1))
 
 
 @pytest.fixture
 def gcivl():
     config = agents.GCIVLConfig(actor_hidden_sizes=(8,), value_hidden_sizes=(8,))
-    return agents.build("gcivl", config, observation_size=3, action_size=2, layout={})
+    return agents.build("gcivl", config, Space(Layout.of({"state": 3}), 2))
 
 
 def random_batch(key, size=16):

@@ -12,8 +12,9 @@ import pytest
 from pigbench import agents
 from pigbench.agents import AgentConfig
 from pigbench.data import sampler
+from pigbench.layout import Layout, Space
 
-LAYOUT = {"joint_pos": slice(0, 2)}
+SPACE = Space(Layout.of({"joint_pos": 2}), 2)
 """Any representation keeps the joints, so all of a point's state."""
 
 
@@ -73,9 +74,7 @@ def build(name: str) -> Method:
     agent = agents.build(
         name,
         config,
-        observation_size=2,
-        action_size=2,
-        layout=LAYOUT,
+        SPACE,
         statistics=agents.Statistics.of(rows.observations),
     )
 

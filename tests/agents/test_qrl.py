@@ -8,6 +8,7 @@ from scipy.sparse import csgraph
 from pigbench import agents
 from pigbench.agents import Batch, Constraint, QRLConfig
 from pigbench.errors import UserError
+from pigbench.layout import Layout, Space
 
 
 def covered_length(starts, ends):
@@ -122,7 +123,7 @@ def test_finds_the_shortest_paths_of_a_graph():
         actor="awr",
         constraint=Constraint(margin=1e-3),
     )
-    agent = agents.build("qrl", config, observation_size=6, action_size=1, layout={})
+    agent = agents.build("qrl", config, Space(Layout.of({"node": 6}), 1))
     nodes = np.eye(6, dtype=np.float32)
     starts, ends = (nodes[column].repeat(6, axis=0) for column in edges.T)
     goals = np.tile(nodes, (len(edges), 1))

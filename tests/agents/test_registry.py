@@ -6,6 +6,9 @@ import pytest
 
 from pigbench import agents
 from pigbench.errors import UserError
+from pigbench.layout import Layout, Space
+
+SPACE = Space(Layout.of({"joint_pos": 4}), 2)
 
 
 def test_the_paper_preset_is_the_papers_table():
@@ -71,9 +74,7 @@ def test_every_method_builds_and_acts(preset):
         agent = agents.build(
             name,
             method.preset(preset),
-            observation_size=4,
-            action_size=2,
-            layout={"joint_pos": slice(0, 4)},
+            SPACE,
             statistics=agents.Statistics.standard(4),
         )
         assert jax.eval_shape(act, jax.random.key(0)).shape == (7, 2)
@@ -104,7 +105,7 @@ def test_a_registered_method_is_found(monkeypatch):
 
 def test_a_configuration_of_another_agent_is_refused():
     with pytest.raises(UserError, match="'gcivl' is configured by GCIVLConfig, not by AgentConfig"):
-        agents.build("gcivl", agents.AgentConfig(), observation_size=1, action_size=1, layout={})
+        agents.build("gcivl", agents.AgentConfig(), SPACE)
 
 
 @pytest.mark.parametrize(
@@ -115,9 +116,7 @@ def test_state_values_know_the_goal_and_the_state(name):
     agent = agents.build(
         name,
         agents.get(name).preset("cpu"),
-        observation_size=4,
-        action_size=2,
-        layout={"joint_pos": slice(0, 4)},
+        SPACE,
         statistics=agents.Statistics.standard(4),
     )
     params = jax.jit(agent.init)(jax.random.key(0))
@@ -131,9 +130,7 @@ def test_state_values_know_the_goal_and_the_state(name):
 
 
 def test_methods_without_a_state_value_say_so():
-    agent = agents.build(
-        "gcbc", agents.get("gcbc").config, observation_size=4, action_size=2, layout={}
-    )
+    agent = agents.build("gcbc", agents.get("gcbc").config, SPACE)
     with pytest.raises(UserError, match="learns no value"):
         agent.state_values({}, jnp.zeros((1, 4)), jnp.zeros((1, 4)))
 

@@ -6,6 +6,7 @@ import pytest
 from pigbench import agents
 from pigbench.agents import FlowClone, FlowCloneConfig
 from pigbench.errors import UserError
+from pigbench.layout import Layout, Space
 
 
 @pytest.fixture
@@ -19,7 +20,7 @@ def clone():
             discount=0.9,
             candidates=candidates,
         )
-        return FlowClone(config, observation_size=4, action_size=2, layout={})
+        return FlowClone(config, Space(Layout.of({"state": 4}), 2))
 
     return clone
 

@@ -27,7 +27,6 @@ from pigbench.training.checkpoints import Checkpoints
 from pigbench.training.episodes import Episode
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.provenance import package_versions, provenance
-from pigbench.training.restore import agent_for
 from pigbench.training.run import open_run
 
 TRAIN = (
@@ -128,7 +127,7 @@ def _write_data(folder: Path, env: envs.CubeEnv) -> None:
         episodes_per_shard=1,
         rows_per_episode=11,
         fields=collect.FIELDS,
-        layout=dataset.sizes(env.layout),
+        layout=env.layout,
         action_size=env.action_size,
         versions=package_versions(),
     )
@@ -146,7 +145,7 @@ def _write_run(folder: Path, data_folder: Path, env: envs.CubeEnv) -> None:
     command = cli.parse(shlex.split(f"{TRAIN} --data {data_folder} --out {folder}"))
     data = dataset.load(data_folder)
     statistics = Statistics.of(Rows.from_split(data.split("train")).observations)
-    agent = agent_for(env, command.method, command.agent_config, statistics)
+    agent = agents.build(command.method, command.agent_config, env.space, statistics=statistics)
     state = agents.create(agent, jax.random.key(0))
     origin = provenance(dataset=data_folder, dataset_digest=data.digest)
     run = open_run(folder, command.config(data, 0), origin, statistics)

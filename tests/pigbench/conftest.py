@@ -17,6 +17,7 @@ from pigbench.data.writer import Writer
 from pigbench.envs.oracles import markov
 from pigbench.envs.oracles.targets import Target
 from pigbench.envs.units import metres
+from pigbench.layout import Layout
 from pigbench.training import episodes
 from pigbench.training import run as runs
 from pigbench.training.episodes import Episode
@@ -34,7 +35,7 @@ SPEC = Spec(
     episodes_per_shard=2,
     rows_per_episode=4,
     fields=("observations", "actions", "terminals", "qpos"),
-    layout=(("joint_pos", 6), ("cube_0_pos", 3)),
+    layout=Layout.of({"joint_pos": 6, "cube_0_pos": 3}),
     action_size=5,
     versions={"mujoco": "1.0", "jax": "2.0", "pigbench": "3.0"},
 )

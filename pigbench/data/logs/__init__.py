@@ -11,7 +11,6 @@ import numpy as np
 
 from pigbench import envs
 from pigbench.data import collect
-from pigbench.data.dataset import sizes
 from pigbench.data.logs import lerobot, tables
 from pigbench.data.logs.columns import Table
 from pigbench.data.logs.episode import LoggedEpisode, observe, prepare
@@ -58,7 +57,7 @@ def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path)
         episodes_per_shard=_MOST_EPISODES,
         rows_per_episode=0,
         fields=collect.COMPACT,
-        layout=sizes(env.layout),
+        layout=env.layout,
         action_size=env.action_size,
         versions={
             str(file.relative_to(path.parent)): f"SHA-256 {files.sha256(file)}"

@@ -12,12 +12,12 @@ from pigbench.agents.statistics import Statistics
 from pigbench.analysis import grasps
 from pigbench.envs import workspace
 from pigbench.envs.kinematics import inverse
-from pigbench.envs.observation import Layout
+from pigbench.envs.observation import layout
 from pigbench.fidelity import peer
 
 STEPS = 5
 LENGTH = 60
-LAYOUT = Layout(2)
+LAYOUT = layout(2)
 TAKEN, LIFTED, CARRIED = 20, 23, 30  # rows at which the gripper does so
 
 

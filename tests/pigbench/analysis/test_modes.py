@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from pigbench.analysis.modes import contact_modes
-from pigbench.envs.observation import Layout
+from pigbench.envs.observation import layout
 
-LAYOUT = Layout(2)
+LAYOUT = layout(2)
 
 
 def observation(*, contact: float, pinch: tuple, cubes: tuple) -> np.ndarray:

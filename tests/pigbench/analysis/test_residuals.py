@@ -17,13 +17,10 @@ from pigbench.agents.directions import Direction
 from pigbench.agents.regularizers import OWN
 from pigbench.analysis.residuals import by_mode, measure
 from pigbench.data.sampler import Rows
+from pigbench.layout import Layout, Space
 
 CONSTANTS = Regularizer(speed=2.0, epsilon=1e-9, direction="raw")
-LAYOUT = {
-    "effector_pos": slice(0, 3),
-    "gripper_contact": slice(3, 4),
-    "cube_0_pos": slice(4, 7),
-}
+LAYOUT = Layout.of({"effector_pos": 3, "gripper_contact": 1, "cube_0_pos": 3})
 SLOPES = np.array([0.0, 3.0, 0.0, 0.0, 4.0, 0.0, 0.0])
 STEP = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
 
@@ -100,10 +97,8 @@ def test_a_hierarchy_is_measured_as_its_low_level_is_trained(rows):
     """In its own coordinates, with its own goals: the slope is 1 along each coordinate."""
     hierarchy = FlowHierarchy(
         FlowHierarchyConfig(subgoal_steps=2),
+        Space(LAYOUT, 5),
         low=Sum,
-        observation_size=7,
-        action_size=5,
-        layout=LAYOUT,
         statistics=Statistics.of(rows.observations),
     )
     params = hierarchy.init(jax.random.key(0))

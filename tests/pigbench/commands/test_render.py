@@ -19,7 +19,7 @@ SMALL = ["--size.width", "64", "--size.height", "48"]
 def data(tmp_path, spec, arrays) -> Path:
     """Episodes of 4 rows of random poses, the second shard one episode short."""
     env = envs.make("cube-single")
-    writer = Writer(tmp_path / "data", dataclasses.replace(spec, layout=dataset.sizes(env.layout)))
+    writer = Writer(tmp_path / "data", dataclasses.replace(spec, layout=env.layout))
     generator = np.random.default_rng(0)
     for part in writer.missing():
         dropped = int(part.name == "train-00001")

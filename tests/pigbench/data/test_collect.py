@@ -34,7 +34,7 @@ def spec(env: CubeEnv, **changes) -> Spec:
         "episodes_per_shard": 4,
         "rows_per_episode": 21,
         "fields": collect.FIELDS,
-        "layout": dataset.sizes(env.layout),
+        "layout": env.layout,
         "action_size": env.action_size,
         "versions": {},
     }

@@ -32,7 +32,7 @@ def arrays_of(rows: int, seed: int) -> dict[str, np.ndarray]:
 @pytest.fixture
 def data(tmp_path, spec) -> Path:
     """Three shards of training, of which one has lost an episode, and one of validation."""
-    layout = dataset.sizes(envs.make(NAME).layout)
+    layout = envs.make(NAME).layout
     fields = ("observations", "actions", "terminals", "qpos", "qvel")
     writer = Writer(tmp_path / "data", dataclasses.replace(spec, layout=layout, fields=fields))
     for part in writer.missing():
@@ -100,7 +100,7 @@ def test_ogbenchs_loader_makes_the_goals_of_an_export_with_cubes(tmp_path, spec)
     env = envs.make("cube-double")
     observe = jax.jit(jax.vmap(lambda qpos, qvel: env.observe(env.physics.init(qpos, qvel))))
     fields = ("observations", "actions", "terminals", "qpos", "qvel")
-    layout = dataset.sizes(env.layout)
+    layout = env.layout
     spec = dataclasses.replace(spec, environment="cube-double", layout=layout, fields=fields)
     writer = Writer(tmp_path / "data", spec)
     for part in writer.missing():

@@ -11,11 +11,12 @@ from pigbench.data import dataset, manifest, quality, selection
 from pigbench.data.manifest import Spec
 from pigbench.data.quality import CRITERIA, Episode, Limits
 from pigbench.data.writer import Writer
-from pigbench.envs.observation import Layout
+from pigbench.envs.observation import layout
 from pigbench.errors import UserError
+from pigbench.layout import Layout
 
 GOAL = np.array([0.425, 0.0, 0.02])
-LAYOUT = Layout(1, {"effector_pos"})
+LAYOUT = layout(1, {"effector_pos"})
 LIMITS = Limits(min_rows=3, max_rows=50)
 
 
@@ -93,7 +94,7 @@ def make(folder: Path, lengths: list[list[int]], environment: str = "cube-centre
         episodes_per_shard={"train": tuple(map(len, lengths)), "val": ()},
         rows_per_episode=0,
         fields=("observations", "actions", "terminals"),
-        layout=dataset.sizes(LAYOUT),
+        layout=LAYOUT,
         action_size=5,
         versions={},
     )
@@ -158,4 +159,4 @@ def test_what_cannot_be_filtered_is_refused(tmp_path, options, environment, comp
 
 def test_observations_must_tell_what_is_judged():
     with pytest.raises(UserError, match="tell no gripper_contact, cube_0_pos"):
-        quality.episode(np.zeros((3, 6)), {"joint_vel": slice(0, 6)}, GOAL)
+        quality.episode(np.zeros((3, 6)), Layout.of({"joint_vel": 6}), GOAL)

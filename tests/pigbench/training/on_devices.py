@@ -11,8 +11,9 @@ import numpy as np
 
 from pigbench import agents
 from pigbench.data.sampler import Rows
+from pigbench.layout import Layout, Space
 from pigbench.training.batches import Drawn
-from pigbench.training.layout import Layout
+from pigbench.training.sharding import Sharding
 from pigbench.training.train import join, make_updates
 
 STEPS, BATCH = 20, 64
@@ -20,7 +21,7 @@ CASES = ((4, False), (2, True))
 """Seeds, and whether their batches are split."""
 
 CONFIG = agents.GCIVLConfig(actor_hidden_sizes=(32,), value_hidden_sizes=(32,), batch_size=BATCH)
-AGENT = agents.build("gcivl", CONFIG, observation_size=4, action_size=2, layout={})
+AGENT = agents.build("gcivl", CONFIG, Space(Layout.of({"state": 4}), 2))
 
 
 def rows() -> Rows:
@@ -33,11 +34,11 @@ def rows() -> Rows:
 
 
 @cache
-def after(layout: Layout, seeds: int, steps: int = STEPS) -> list[np.ndarray]:
+def after(sharding: Sharding, seeds: int, steps: int = STEPS) -> list[np.ndarray]:
     """All numbers of the states of seeds 0, 1, ... after so many updates, in two calls."""
     keys = [jax.random.key(seed) for seed in range(seeds)]
     states = [agents.create(AGENT, key) for key in keys]
-    updates = make_updates(AGENT, join(keys), Drawn(rows(), AGENT), layout)
+    updates = make_updates(AGENT, join(keys), Drawn(rows(), AGENT), sharding)
     for start in range(0, steps, STEPS // 2):
         states, _ = updates(states, start, start + STEPS // 2)
     assert all(len(leaf.devices()) == 1 for leaf in jax.tree.leaves(states))
@@ -50,15 +51,15 @@ def apart(some: list[np.ndarray], others: list[np.ndarray]) -> float:
 
 def main() -> None:
     for seeds, data_parallel in CASES:
-        layout = Layout.over_all(seeds=seeds, batch_size=BATCH, data_parallel=data_parallel)
-        one = after(Layout(), seeds)
+        sharding = Sharding.over_all(seeds=seeds, batch_size=BATCH, data_parallel=data_parallel)
+        one = after(Sharding(), seeds)
         print(
             json.dumps(
                 {
                     "devices": jax.device_count(),
-                    "layout": [layout.seeds, layout.batch],
-                    "apart": apart(after(layout, seeds), one),
-                    "moved": apart(after(Layout(), seeds, steps=0), one),
+                    "sharding": [sharding.seeds, sharding.batch],
+                    "apart": apart(after(sharding, seeds), one),
+                    "moved": apart(after(Sharding(), seeds, steps=0), one),
                 }
             )
         )

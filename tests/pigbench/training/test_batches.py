@@ -12,10 +12,11 @@ from pigbench.data import dataset, sampler
 from pigbench.data.sampler import Rows
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
+from pigbench.layout import Layout, Space
 from pigbench.training import batches
 from pigbench.training.train import make_updates
 
-LAYOUT = {"joint_pos": slice(0, 6), "cube_0_pos": slice(6, 9)}
+SPACE = Space(Layout.of({"joint_pos": 6, "cube_0_pos": 3}), 5)
 NETWORKS = {"value_hidden_sizes": (16,), "actor_hidden_sizes": (16,), "latent_size": 8}
 
 
@@ -39,9 +40,7 @@ def agent_of(method: str):
     return agents.build(
         method,
         config,
-        observation_size=9,
-        action_size=5,
-        layout=LAYOUT,
+        SPACE,
         statistics=agents.Statistics.standard(9),
     )
 

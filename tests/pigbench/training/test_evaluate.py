@@ -68,13 +68,7 @@ def test_no_episodes_are_refused():
 
 
 def test_every_method_can_be_evaluated(env):
-    agent = agents.build(
-        "gcivl",
-        agents.get("gcivl").preset("cpu"),
-        observation_size=env.observation_size,
-        action_size=env.action_size,
-        layout=env.layout,
-    )
+    agent = agents.build("gcivl", agents.get("gcivl").preset("cpu"), env.space)
     params = agents.create(agent, jax.random.key(0)).params
     outcome = make_evaluator(env, agent, Evaluation(episodes=1))(params, print)
     assert outcome["success"].shape == (2, 1)

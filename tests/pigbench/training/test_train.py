@@ -19,6 +19,7 @@ import pytest
 from pigbench import agents, cli
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
+from pigbench.layout import Layout, Space
 from pigbench.training import episodes
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import Trained, restore
@@ -76,7 +77,7 @@ def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
     )
     small = {"value_hidden_sizes": (16,), "actor_hidden_sizes": (16,), "batch_size": 16}
     config = dataclasses.replace(agents.get("gcivl").preset("cpu"), **small)
-    agent = agents.build("gcivl", config, observation_size=4, action_size=2, layout={})
+    agent = agents.build("gcivl", config, Space(Layout.of({"state": 4}), 2))
     updates = make_updates(agent, jax.random.key(3), Drawn(rows, agent))
 
     def after(*counts: int) -> list[np.ndarray]:

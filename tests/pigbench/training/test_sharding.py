@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from pigbench.errors import UserError
-from pigbench.training.layout import Layout
+from pigbench.training.sharding import Sharding
 
 TOLERANCE = 1e-5
 """Of parameters after 20 updates: sums in another order."""
-LAYOUTS = [[4, 1], [2, 2]]
+SHARDINGS = [[4, 1], [2, 2]]
 """Devices that share seeds, and batches: of 4 seeds, and of 2 with split batches."""
 
 
@@ -29,13 +29,13 @@ def test_it_comes_to_the_same():
     )
     assert ended.returncode == 0, ended.stderr
     found = [json.loads(line) for line in ended.stdout.splitlines()]
-    assert [one["layout"] for one in found] == LAYOUTS
+    assert [one["sharding"] for one in found] == SHARDINGS
     for one in found:
         assert one["devices"] == 4
         assert one["apart"] < TOLERANCE < one["moved"] / 100
 
 
 def test_one_device_shares_no_batch():
-    assert Layout.over_all(seeds=3, batch_size=8, data_parallel=False) == Layout()
+    assert Sharding.over_all(seeds=3, batch_size=8, data_parallel=False) == Sharding()
     with pytest.raises(UserError, match="data_parallel shares batches of 8 among devices"):
-        Layout.over_all(seeds=1, batch_size=8, data_parallel=True)
+        Sharding.over_all(seeds=1, batch_size=8, data_parallel=True)

@@ -18,14 +18,14 @@ SEEDS, BATCH = "seeds", "batch"
 
 
 @dataclass(frozen=True)
-class Layout:
+class Sharding:
     """Seeds are divided among `seeds` groups of devices, batches among `batch` in each group."""
 
     seeds: int = 1
     batch: int = 1
 
     @classmethod
-    def over_all(cls, *, seeds: int, batch_size: int, data_parallel: bool) -> "Layout":
+    def over_all(cls, *, seeds: int, batch_size: int, data_parallel: bool) -> "Sharding":
         """Use as many devices as evenly divide the seeds and, if requested, the batches.
 
         Raises UserError if batches are to be divided and no second device is left for that.
@@ -58,7 +58,7 @@ class Layout:
 
     def spread(self, tree: Tree) -> Tree:
         """Copy arrays to all devices in use, for a program that runs on them."""
-        return tree if self.devices == 1 else jax.device_put(tree, self._sharding())
+        return tree if self.devices == 1 else jax.device_put(tree, self._named())
 
     def collect(self, tree: Tree) -> Tree:
         """Move a program's results to the first device, where all else is done."""
@@ -67,9 +67,9 @@ class Layout:
     def _constrain(self, tree: Tree, axis: str) -> Tree:
         if self.devices == 1:
             return tree
-        return jax.lax.with_sharding_constraint(tree, self._sharding(axis))
+        return jax.lax.with_sharding_constraint(tree, self._named(axis))
 
-    def _sharding(self, *axes: str) -> NamedSharding:
+    def _named(self, *axes: str) -> NamedSharding:
         devices = np.array(jax.devices()[: self.devices]).reshape(self.seeds, self.batch)
         return NamedSharding(Mesh(devices, (SEEDS, BATCH)), PartitionSpec(*axes))
 
