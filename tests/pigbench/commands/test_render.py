@@ -8,7 +8,6 @@ import pytest
 from PIL import Image
 
 from pigbench import cli, envs
-from pigbench.data import dataset
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
 
