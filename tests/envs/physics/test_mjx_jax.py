@@ -27,7 +27,7 @@ def test_the_line_search_of_others_stays_as_it_is(point, scene):
 @pytest.mark.parametrize("other", [lambda m, d, ctx, alpha: None, None])
 def test_an_unknown_line_search_is_refused(monkeypatch, point, scene, other):
     monkeypatch.setattr(point, "create", other)
-    with pytest.raises(UserError, match="install 3.17, or choose another engine"):
+    with pytest.raises(UserError, match=r"install 3\.17, or choose another engine"):
         MjxJax(scene(1, "fast"))
 
 
