@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import functools
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -44,6 +45,15 @@ def short(short_episodes) -> Iterator[None]:
     """A test's episodes are short."""
     with short_episodes():
         yield
+
+
+@pytest.fixture
+def users_emitters(monkeypatch) -> None:
+    """Programs are made by the emitters that make them for users."""
+    import jax
+
+    options = {"xla_cpu_use_fusion_emitters": True}
+    monkeypatch.setattr(jax, "jit", functools.partial(jax.jit, compiler_options=options))
 
 
 @pytest.fixture(scope="session")

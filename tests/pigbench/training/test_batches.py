@@ -17,6 +17,8 @@ from pigbench.training import batches
 from pigbench.training.train import make_updates
 
 SPACE = Space(Layout.of({"joint_pos": 6, "cube_0_pos": 3}), 5)
+# To the bit, which is the emitters' doing too.
+pytestmark = pytest.mark.usefixtures("users_emitters")
 NETWORKS = {"value_hidden_sizes": (16,), "actor_hidden_sizes": (16,), "latent_size": 8}
 
 
