@@ -18,14 +18,14 @@ from pigbench.agents import Agent, Batch, Metrics, TrainState
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
 from pigbench.support.progress import Progress
-from pigbench.trackers import Tracker, evaluated
-from pigbench.trackers.tracker import FILM
+from pigbench.trackers import Tracker
 from pigbench.training import batches, episodes
 from pigbench.training.batches import Batches
 from pigbench.training.checkpoints import Checkpoints, Kept, last_two
-from pigbench.training.evaluate import Evaluation, Outcome, as_episodes, make_evaluator
+from pigbench.training.evaluate import Evaluation, make_evaluator
+from pigbench.training.examination import Examination
 from pigbench.training.films import keep_films, make_filmer
-from pigbench.training.measures import BRIEF
+from pigbench.training.ledger import Ledger
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.run import Keep, Run, common_step
 from pigbench.training.sharding import SEEDS, Sharding
@@ -99,10 +99,7 @@ def train(
             for run in runs
         ]
         for run, saved in zip(runs, checkpoints, strict=True):
-            saved.drop(lambda step: not schedule.evaluates(step))
-            for path in (run.episodes_path, *run.noise_paths().values()):
-                episodes.keep(path, schedule.evaluates)
-            keep_films(run.films_path, schedule.evaluates)
+            _keep_scheduled(run, saved, schedule)
         states = [agents.create(agent, init_key) for init_key, _ in keys]
         saved_step = common_step(runs)
         if saved_step is not None:
@@ -115,60 +112,38 @@ def train(
         trackers = [
             [stack.enter_context(tracker(run, step=step)) for tracker in shown_by] for run in runs
         ]
+        ledgers = [Ledger(*one) for one in zip(runs, checkpoints, logs, trackers, strict=True)]
         filmer = make_filmer(env, agent, evaluation) if films else None
         progress = stack.enter_context(
             Progress(runs[0].config.method, total=schedule.steps, unit="updates", done=step)
         )
-
-        def tell(doing: str, time: int) -> None:
-            progress.advance(0, f"{doing}, {time} of {env.episode_length}")
-
-        def evaluate_and_save() -> str:
-            outcomes = []
-            for run, state, saved, shown in zip(runs, states, checkpoints, trackers, strict=True):
-                outcome = evaluator(state.acting, partial(tell, "evaluating"))
-                rows = as_episodes(outcome, env, evaluation, step=step)
-                folder = run.films_path / f"{step:09d}"
-                filmed = filmer(state.acting, folder, partial(tell, "filming")) if filmer else {}
-                for tracker in shown:
-                    tracker.scalars(step, evaluated(rows))
-                    for name, film in filmed.items():
-                        tracker.film(step, f"{FILM}/{name}", film)
-                episodes.record(run.episodes_path, rows)
-                saved.save(state)
-                outcomes.append(outcome)
-            return f"{_brief(outcomes)}{ending}"
-
+        examine = Examination(env, evaluation, evaluator, filmer, progress)
         ending = remark and f", {remark}"
-        note = evaluate_and_save() if saved_step is None else f"resumed{ending}"
-        progress.advance(0, note)
+        note = "resumed" if saved_step is not None else examine(states, ledgers, step=step)
+        progress.advance(0, f"{note}{ending}")
         while step < schedule.steps:
             stop = schedule.next_stop(step)
             states, metrics = updates(states, step, stop)
-            for log, shown, one in zip(logs, trackers, metrics, strict=True):
-                values = {name: float(value) for name, value in one.items()}
-                log.write(stop, values)
-                for tracker in shown:
-                    tracker.scalars(stop, values)
-            progress.advance(stop - step, note)
+            for ledger, one in zip(ledgers, metrics, strict=True):
+                ledger.enter_metrics(stop, one)
+            progress.advance(stop - step, f"{note}{ending}")
             step = stop
             if schedule.evaluates(step):
-                note = evaluate_and_save()
-                progress.advance(0, note)
+                note = examine(states, ledgers, step=step)
+                progress.advance(0, f"{note}{ending}")
     return states
+
+
+def _keep_scheduled(run: Run, checkpoints: Checkpoints, schedule: Schedule) -> None:
+    """Drop the checkpoints, episodes and films of steps at which the schedule has no evaluation."""
+    checkpoints.drop(lambda step: not schedule.evaluates(step))
+    for path in (run.episodes_path, *run.noise_paths().values()):
+        episodes.keep(path, schedule.evaluates)
+    keep_films(run.films_path, schedule.evaluates)
 
 
 def _best_step(run: Run) -> int:
     return episodes.best_step(episodes.read(run.episodes_path))
-
-
-def _brief(outcomes: Sequence[Outcome]) -> str:
-    """How far episodes got, one number per seed: "held 60/55 %, lifted 40/38 %"."""
-
-    def shares(name: str) -> str:
-        return "/".join(f"{100 * outcome[name].mean():.0f}" for outcome in outcomes)
-
-    return ", ".join(f"{name} {shares(name)} %" for name in BRIEF)
 
 
 def make_updates(

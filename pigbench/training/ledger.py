@@ -1,0 +1,42 @@
+"""What training writes of one run: checkpoints, metrics, episodes, and what trackers show."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pigbench.agents import Metrics, TrainState
+from pigbench.trackers import Tracker, evaluated
+from pigbench.trackers.tracker import FILM
+from pigbench.training import episodes
+from pigbench.training.checkpoints import Checkpoints
+from pigbench.training.episodes import Episode
+from pigbench.training.metrics import MetricsLog
+from pigbench.training.run import Run
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """A run and all that is open to be written of it."""
+
+    run: Run
+    checkpoints: Checkpoints
+    log: MetricsLog
+    trackers: Sequence[Tracker]
+
+    def enter_metrics(self, step: int, metrics: Metrics) -> None:
+        """Log and show the mean metrics of the updates up to `step`."""
+        values = {name: float(value) for name, value in metrics.items()}
+        self.log.write(step, values)
+        for tracker in self.trackers:
+            tracker.scalars(step, values)
+
+    def enter_evaluation(
+        self, state: TrainState, rows: Sequence[Episode], films: Mapping[str, Path], *, step: int
+    ) -> None:
+        """Show an evaluation and its films, by name; keep its episodes, then the state itself."""
+        for tracker in self.trackers:
+            tracker.scalars(step, evaluated(rows))
+            for name, film in films.items():
+                tracker.film(step, f"{FILM}/{name}", film)
+        episodes.record(self.run.episodes_path, rows)
+        self.checkpoints.save(state)
