@@ -147,8 +147,8 @@ def milestone_table(
             f"How far episodes got ({_how(cells, scoring)}), mean ± standard deviation over "
             "seeds: percent of episodes unless the column names another unit. Nearest is the least "
             "distance of the pinch point from a cube; within is of all cubes from their targets, "
-            "final of the farthest; success, within 4 cm (in cube-centre 3 cm), ends an episode. A "
-            "dash: not recorded"
+            "final of the farthest; success (within 4 cm in OGBench's environments, 3 cm in "
+            "cube-centre) ends an episode. A dash: not recorded"
         ),
         corner=("method", "measure"),
         rows=list(rows),
@@ -185,7 +185,7 @@ def threshold_table(
         caption=(
             f"Percentage of episodes ({_how(cells, scoring)}) that end with all cubes within so "
             "many centimetres of their targets, mean ± standard deviation over seeds. An episode "
-            "ends with success, within 4 cm, in cube-centre 3 cm"
+            "ends with success: within 4 cm in OGBench's environments, 3 cm in cube-centre"
             + ("; the paper's are from its robot, 20 episodes of one seed" if theirs else "")
         ),
         corner=("method", "distance"),
