@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 import pytest
 
 # The older emitters make programs in half the processor time, which are about as fast.
-FLAGS = "--xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false"
+OLDER = "--xla_cpu_use_fusion_emitters=false"
+FLAGS = f"--xla_backend_optimization_level=0 {OLDER}"
 os.environ["XLA_FLAGS"] = f"{FLAGS} {os.environ.get('XLA_FLAGS', '')}"
 
 
@@ -47,13 +48,19 @@ def short(short_episodes) -> Iterator[None]:
         yield
 
 
-@pytest.fixture
-def users_emitters(monkeypatch) -> None:
-    """Programs are made by the emitters that make them for users."""
+@pytest.fixture(scope="module")
+def users_emitters() -> Iterator[None]:
+    """Programs, also those of other processes, are made by the emitters that users have.
+
+    The older ones round the same computation otherwise in one program than in another.
+    """
     import jax
 
     options = {"xla_cpu_use_fusion_emitters": True}
-    monkeypatch.setattr(jax, "jit", functools.partial(jax.jit, compiler_options=options))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(jax, "jit", functools.partial(jax.jit, compiler_options=options))
+        patch.setenv("XLA_FLAGS", os.environ["XLA_FLAGS"].replace(OLDER, ""))
+        yield
 
 
 @pytest.fixture(scope="session")

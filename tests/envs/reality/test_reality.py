@@ -11,6 +11,8 @@ from pigbench import envs
 from pigbench.envs.reality import REAL, Reality
 from pigbench.envs.units import metres
 
+pytestmark = pytest.mark.usefixtures("users_emitters")
+
 COUNT, STEPS = 4, 6
 KEYS = jax.random.split(jax.random.key(0), COUNT)
 START, GOAL = jnp.array([[0.4, 0.05, 0.02]]), jnp.array([[0.425, 0.0, 0.02]])

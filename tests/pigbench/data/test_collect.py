@@ -10,6 +10,7 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from pigbench import cli, envs
 from pigbench.data import collect, dataset, manifest
@@ -21,6 +22,8 @@ from pigbench.envs.oracles import PlayPolicy, Policy
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import build
 from pigbench.envs.units import metres
+
+pytestmark = pytest.mark.usefixtures("users_emitters")
 
 
 def spec(env: CubeEnv, **changes) -> Spec:
