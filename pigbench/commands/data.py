@@ -188,6 +188,8 @@ class Import:
 
     def run(self) -> None:
         """Import what is missing."""
+        if not self.files:
+            raise UserError("no files are given: name those of the training split, or a folder")
         read = formats.reader(self.format)
         read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
         print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import dataclasses
 import importlib
 import io
 import os
@@ -16,6 +17,9 @@ import tyro
 from pigbench import plugins
 from pigbench.commands.registry import COMMANDS, named
 from pigbench.errors import UserError, lookup
+
+MAY_BE_EMPTY = "may be empty"
+"""Metadata of a command's field whose option, given without values, means none at all."""
 
 
 def parse(arguments: Sequence[str]) -> Any:
@@ -83,11 +87,27 @@ def _parse(kind: Any, arguments: Sequence[str], *, program: str) -> Any:
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
-            return tyro.cli(kind, default=default, args=arguments, prog=program)
+            command = tyro.cli(kind, default=default, args=arguments, prog=program)
     except SystemExit as exit_:
         if exit_.code in (0, None):
             raise
         raise UserError(f"{_one_line(complaint.getvalue())} (see {program} --help)") from None
+    if lacking := _lacking(command):
+        raise UserError(f"{lacking} needs at least one value (see {program} --help)")
+    return command
+
+
+def _lacking(command: Any) -> str | None:
+    """The first option that has values by default, was given none, and needs one.
+
+    Fields with `MAY_BE_EMPTY` in their metadata need none.
+    """
+    for field in dataclasses.fields(command):
+        usual = field.default_factory() if callable(field.default_factory) else field.default
+        has_lost_them = getattr(command, field.name) == () and isinstance(usual, tuple) and usual
+        if has_lost_them and MAY_BE_EMPTY not in field.metadata:
+            return f"--{field.name.replace('_', '-')}"
+    return None
 
 
 def _one_line(box: str) -> str:

@@ -14,6 +14,7 @@ import tyro
 
 from pigbench import agents, envs, names, opengl, trackers
 from pigbench.agents import AgentConfig, Statistics
+from pigbench.commands.parsing import MAY_BE_EMPTY
 from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
 from pigbench.data.defaults import HomeChoice
@@ -69,7 +70,9 @@ class Train:
     """Number of updates between evaluations, each followed by a checkpoint."""
     keep: Keep = "last"
     """Checkpoints to keep: last (the last two), best (also that of the best evaluation), or all."""
-    logger: tuple[str, ...] = ("tensorboard",)
+    logger: tuple[str, ...] = dataclasses.field(
+        default=("tensorboard",), metadata={MAY_BE_EMPTY: True}
+    )
     """Loggers of metrics and success rates: tensorboard, wandb, trackio or your own."""
     films: bool = False
     """Film a success and a failure of each task at each evaluation, for films/ and the loggers."""

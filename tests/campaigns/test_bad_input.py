@@ -107,6 +107,14 @@ NAMES = [
     "list envs --plugin",
     "list envs --plugin OUT.py",
     "list envs --plugin DATA",
+    "data import --environment cube-single --out OUT",
+    "data filter DATA --out OUT --criteria",
+    "table RUN --show",
+    "bench scale --out OUT.png --simulations",
+    "bench scale --out OUT.png --environments",
+    "bench memory --engine",
+    "bench generate --physics",
+    "parity data --policies",
 ]
 MISSING = [
     "data info OUT",
