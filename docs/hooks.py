@@ -10,7 +10,7 @@ from mkdocs.structure.files import File, Files
 
 _ROOT = Path(__file__).parents[1]
 _SHOWN = {
-    "results": {".md", ".png", ".csv", ".json", ".jsonl"},
+    "results": {".md", ".png", ".csv", ".json", ".jsonl", ".py"},
     "examples": {".py", ".png", ".md", ".txt"},
 }
 _PACKAGE = _ROOT / "build" / "api" / "pigbench"
