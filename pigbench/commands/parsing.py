@@ -103,9 +103,10 @@ def _lacking(command: Any) -> str | None:
     Fields with `MAY_BE_EMPTY` in their metadata need none.
     """
     for field in dataclasses.fields(command):
+        if getattr(command, field.name) != () or MAY_BE_EMPTY in field.metadata:
+            continue
         usual = field.default_factory() if callable(field.default_factory) else field.default
-        has_lost_them = getattr(command, field.name) == () and isinstance(usual, tuple) and usual
-        if has_lost_them and MAY_BE_EMPTY not in field.metadata:
+        if isinstance(usual, tuple) and usual:
             return f"--{field.name.replace('_', '-')}"
     return None
 

@@ -355,11 +355,9 @@ class _Source:
 
     @contextlib.contextmanager
     def _archive(self) -> Iterator[zipfile.ZipFile]:
-        try:
-            with zipfile.ZipFile(self.path) as archive:
-                yield archive
-        except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, RuntimeError) as error:
-            raise UserError(f"{self.path} is torn: {error}") from None
+        errors = zipfile.BadZipFile, zlib.error, EOFError, ValueError, RuntimeError
+        with files.explaining_torn(self.path, *errors), zipfile.ZipFile(self.path) as archive:
+            yield archive
 
 
 def _read(file: IO[bytes], shape: tuple[int, ...], dtype: np.dtype) -> bytes:

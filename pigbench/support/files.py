@@ -46,12 +46,20 @@ def explaining_full_disk(path: Path) -> Iterator[None]:
         ) from error
 
 
+_OF_JSON = AttributeError, KeyError, RecursionError, TypeError, ValueError
+"""What is raised over JSON that cannot be parsed, or is not what it should be."""
+
+
 @contextlib.contextmanager
-def explaining_torn(path: Path) -> Iterator[None]:
-    """Turn what the block raises over the content of `path` into a UserError that names it."""
+def explaining_torn(path: Path, *errors: type[Exception]) -> Iterator[None]:
+    """Turn what the block raises over the content of `path` into a UserError that names it.
+
+    `errors` are those that the content's format may cause, by default those of JSON.
+    """
+    expected = errors or _OF_JSON
     try:
         yield
-    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
+    except expected as error:
         raise UserError(f"{path} is torn: {error}") from None
 
 

@@ -68,10 +68,8 @@ def read(path: Path) -> list[Episode]:
     The file may lack the engine and measures, except success.
     """
     text = files.read_text(path)
-    try:
+    with files.explaining_torn(path, csv.Error):
         header, *rows = csv.reader(io.StringIO(text)) if text else [[]]
-    except csv.Error as error:
-        raise UserError(f"{path} is torn: {error}") from None
     is_checked = header[-1:] == [_CHECK]  # older files have no checksums
     header = header[:-1] if is_checked else header
     keys, others = header[: len(_KEYS)], header[len(_KEYS) :]

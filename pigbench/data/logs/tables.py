@@ -24,10 +24,8 @@ def read(path: Path) -> Table:
 
 
 def _read_csv(path: Path) -> Table:
-    try:
+    with files.explaining_torn(path, csv.Error):
         header, *lines = list(csv.reader(files.read_text(path).splitlines())) or [[]]
-    except csv.Error as error:
-        raise UserError(f"{path} is torn: {error}") from None
     names = [name.strip() for name in header]
     for name in names:
         if names.count(name) > 1:
@@ -60,10 +58,8 @@ def _read_parquet(path: Path) -> Table:
 def parquet(path: Path) -> Any:
     """A file as a pyarrow table. Raises UserError if it is torn or pyarrow is not installed."""
     pa, pq = required("pyarrow", "pyarrow.parquet", extra="share")
-    try:
+    with files.explaining_torn(path, pa.ArrowException, OSError):
         return pq.read_table(path)
-    except (pa.ArrowException, OSError) as error:
-        raise UserError(f"{path} is torn: {error}") from None
 
 
 def _is_number(kind: Any) -> bool:
