@@ -8,6 +8,11 @@ import tempfile
 from collections.abc import Callable, Iterator
 
 import pytest
+from jaxtyping import install_import_hook
+
+# Calls of these packages are checked against their annotations, shapes of arrays included.
+CHECKED = ("pigbench.layout",)
+install_import_hook(CHECKED, "beartype.beartype")
 
 # The older emitters make programs in half the processor time, which are about as fast.
 OLDER = "--xla_cpu_use_fusion_emitters=false"
