@@ -88,14 +88,17 @@ QUANTITIES: Mapping[str, Callable[[Episode], np.ndarray]] = {
 
 
 def compare(theirs: Sequence[Episode], ours: Sequence[Episode]) -> dict[str, Comparison]:
-    """Compare every quantity that varies at all, by name."""
+    """Compare every quantity that varies at all, by name.
+
+    Episodes in which a quantity has no value, such as a sub-task that never ends, do not count.
+    """
     comparisons = {}
-    for name, values in QUANTITIES.items():
+    for name, quantity in QUANTITIES.items():
         one, other = (
-            np.array([np.mean(values(episode)) for episode in episodes])
+            np.array([values.mean() for values in map(quantity, episodes) if values.size])
             for episodes in (theirs, ours)
         )
-        if np.ptp(np.concatenate([one, other])) == 0:
+        if not (one.size and other.size) or np.ptp(np.concatenate([one, other])) == 0:
             continue
         test: Any = stats.ks_2samp(one, other)
         comparisons[name] = Comparison(one.mean(), other.mean(), test.statistic, test.pvalue)

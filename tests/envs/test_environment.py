@@ -55,7 +55,7 @@ def test_every_environment_resets_and_steps(env, started, step, name):
     one, states = env(name), started(name)
     after = step(name)(states, jnp.zeros((BATCH, 5)))
     assert jax.tree.map(jnp.shape, after) == jax.tree.map(jnp.shape, states)
-    assert jax.tree.map(jnp.dtype, after) == jax.tree.map(jnp.dtype, states)
+    assert jax.tree.map(lambda x: x.dtype, after) == jax.tree.map(lambda x: x.dtype, states)
     num_cubes = one.spec.num_cubes
     assert states.obs.shape == states.info["goal"].shape == (BATCH, one.observation_size)
     assert one.observation_size == 28 + 9 * (num_cubes - 1) - 3 * one.spec.real

@@ -211,6 +211,7 @@ def test_a_time_limit_of_minus_one_is_none():
     assert np.any(after != before)
 
 
+@pytest.mark.filterwarnings("ignore:.*initialised with render_mode='ansi'")
 def test_what_cannot_be_is_said():
     with pytest.raises(UserError, match="render_mode is 'ansi': it must be None or 'rgb_array'"):
         gymnasium.make(OURS, render_mode="ansi", disable_env_checker=True)
