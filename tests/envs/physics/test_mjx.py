@@ -53,7 +53,9 @@ def simulator() -> Callable[[str], Simulator]:
     @cache
     def make(engine: str) -> Simulator:
         env = envs.make(NAME, engine=engine, profile=PROFILES[engine])
-        return Simulator(env, jax.jit(env.physics.init), jax.jit(env.physics.step))
+        # It runs for longer than it compiles if it is not optimised at all.
+        step = jax.jit(env.physics.step, compiler_options={"xla_backend_optimization_level": 1})
+        return Simulator(env, jax.jit(env.physics.init), step)
 
     return make
 
