@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from pigbench import agents, envs, seeds
 from pigbench.agents import Agent, Batch, Metrics, TrainState
 from pigbench.data.sampler import Rows
-from pigbench.errors import UserError
+from pigbench.errors import require
 from pigbench.support.progress import Progress
 from pigbench.trackers import Tracker
 from pigbench.training import batches, episodes
@@ -54,9 +54,7 @@ class Schedule:
     evaluate_every: int = 5_000
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if value < 1:
-                raise UserError(f"{name} is {value}: it must be at least 1")
+        require(self, lambda x: x >= 1, "at least 1", *vars(self))
 
     def next_stop(self, step: int) -> int:
         """The first step after `step` at which there is something to do."""
