@@ -41,8 +41,7 @@ class Cluster:
     """GPUs for each task on the cluster."""
 
     def __post_init__(self) -> None:
-        amounts = "cpus_per_task", "gpus_per_task"
-        require(self, lambda x: 0 <= x < math.inf, "at least 0", *amounts)
+        require(self, lambda x: 0 <= x < math.inf, "at least 0", "cpus_per_task", "gpus_per_task")
 
     @property
     def arguments(self) -> tuple[str, ...]:
