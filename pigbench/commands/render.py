@@ -94,7 +94,8 @@ class Render:
             env.check_task(task)
         with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
             with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
-                recordings = make_recorder(env, agent, evaluation)(state.acting, progress.reach)
+                record = make_recorder(env, agent, evaluation)
+                _, recordings = record(state.acting, progress.reach)
             shown = [recording for recording in recordings if recording.task in tasks]
             shots = [Shot(recording.qpos, recording.target) for recording in shown]
             _film(self.out, renderer, shots)

@@ -117,7 +117,6 @@ def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) ->
 
     The rollout stops when every episode has ended.
     """
-    shape = (env.num_tasks, evaluation.episodes)
     start = make_start(env, evaluation)
 
     @jax.jit
@@ -132,11 +131,17 @@ def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) ->
         for stop in range(_REPORT_EVERY, env.episode_length + _REPORT_EVERY, _REPORT_EVERY):
             rollout = advance(params, rollout, min(stop, env.episode_length))
             report(int(rollout.time))
-        physics_states: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
-        warn_of_overflow(physics_states)
-        return {name: np.asarray(rollout.values[name]).reshape(shape) for name in MEASURES}
+        return outcome_of(rollout, env, evaluation)
 
     return evaluate
+
+
+def outcome_of(rollout: Rollout, env: "envs.CubeEnv", evaluation: Evaluation) -> Outcome:
+    """What came of a rollout that has ended. Warns if its physics ran out of memory."""
+    physics_states: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
+    warn_of_overflow(physics_states)
+    shape = (env.num_tasks, evaluation.episodes)
+    return {name: np.asarray(rollout.values[name]).reshape(shape) for name in MEASURES}
 
 
 def as_episodes(
