@@ -1,23 +1,13 @@
-"""The fields common to all agents' configurations, and the check of a field's value."""
+"""The fields common to all agents' configurations."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from pigbench.agents.batch import GoalMixture
 from pigbench.agents.representations import GOALS
-from pigbench.errors import UserError, lookup
+from pigbench.errors import lookup, require
 
 VALUE_GOALS = GoalMixture(current=0.2, future=0.5, random=0.3, geometric=True)
 ACTOR_GOALS = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=False)
-
-
-def require(config: object, holds: Callable[[Any], bool], rule: str, *fields: str) -> None:
-    """Raise `UserError` for the first of `fields` whose value does not satisfy `holds`."""
-    for field in fields:
-        value = getattr(config, field)
-        if not holds(value):
-            raise UserError(f"{field} is {value}: it must be {rule}")
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import jax
 
 from pigbench.agents import losses
-from pigbench.agents.config import require
 from pigbench.agents.directions import DIRECTIONS, Direction
 from pigbench.agents.regularizers import OWN, ValueFunction, gradient_norm, hjb_residual
-from pigbench.errors import lookup
+from pigbench.errors import lookup, require
 
 
 @dataclass(frozen=True)

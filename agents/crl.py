@@ -17,8 +17,9 @@ from pigbench.agents import actors
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Metrics, Params, combine
 from pigbench.agents.batch import Batch, GoalMixture
-from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import BilinearCritic, apply_ensemble, init_ensemble
+from pigbench.errors import require
 
 GEOMETRIC_FUTURE = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=True)
 

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.statistics import Statistics, require
+from pigbench.agents.statistics import Statistics, require_statistics
 from pigbench.errors import lookup
 from pigbench.layout import Layout
 
@@ -58,7 +58,7 @@ def _positions(coordinates: Coordinates) -> Direction:
 
 
 def _standardized(coordinates: Coordinates) -> Direction:
-    statistics = require(coordinates.statistics, "direction 'standardized'")
+    statistics = require_statistics(coordinates.statistics, "direction 'standardized'")
     return Direction(units=1 / statistics.deviation)
 
 

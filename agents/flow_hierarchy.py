@@ -16,16 +16,15 @@ import jax.numpy as jnp
 
 from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, take_prefix
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
-from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig, require
+from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.flow import FlowPolicy, best_of
 from pigbench.agents.gcivl import GCIVLConfig
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
-from pigbench.agents.statistics import Statistics
-from pigbench.agents.statistics import require as require_statistics
-from pigbench.errors import UserError, lookup
+from pigbench.agents.statistics import Statistics, require_statistics
+from pigbench.errors import UserError, lookup, require
 from pigbench.layout import Space
 
 T = TypeVar("T")

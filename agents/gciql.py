@@ -15,8 +15,9 @@ from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Metrics, Params, combine, describe
 from pigbench.agents.batch import Batch
-from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import Critic, Value, apply_ensemble, init_ensemble
+from pigbench.errors import require
 
 
 @dataclass(frozen=True)

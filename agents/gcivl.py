@@ -17,10 +17,10 @@ from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Metrics, Params, combine, describe
 from pigbench.agents.batch import Batch
-from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import Value, apply_ensemble, init_ensemble
 from pigbench.agents.regularizers import Regularizer
-from pigbench.errors import lookup
+from pigbench.errors import lookup, require
 
 
 @dataclass(frozen=True)

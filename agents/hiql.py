@@ -17,10 +17,11 @@ import numpy as np
 from pigbench.agents import actors, losses
 from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, describe
 from pigbench.agents.batch import Batch, Sampling, Subgoals, SubgoalSampling
-from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import MLP, Policy, Value, apply_ensemble, init_ensemble
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.representations import GOALS
+from pigbench.errors import require
 
 
 @dataclass(frozen=True)

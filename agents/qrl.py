@@ -16,11 +16,11 @@ from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Metrics, Params, combine, describe
 from pigbench.agents.batch import Batch, GoalMixture
-from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.networks import LatentDynamics
 from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError, lookup, require
 
 RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False)
 

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from pigbench.agents.config import require
 from pigbench.agents.directions import DIRECTIONS, Direction, Motion
 from pigbench.agents.norms import safe_norm
-from pigbench.errors import lookup
+from pigbench.errors import lookup, require
 
 ValueFunction = Callable[[jax.Array], jax.Array]
 ValuesAndResiduals = tuple[jax.Array, jax.Array]

@@ -13,10 +13,11 @@ import jax.numpy as jnp
 
 from pigbench.agents.agent import Agent, Metrics, Params, combine
 from pigbench.agents.batch import Batch
-from pigbench.agents.config import AgentConfig, require
+from pigbench.agents.config import AgentConfig
 from pigbench.agents.flow import FlowPolicy, best_of
 from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
+from pigbench.errors import require
 from pigbench.layout import Space
 
 

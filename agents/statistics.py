@@ -47,7 +47,7 @@ class Statistics(NamedTuple):
         )
 
 
-def require(statistics: Statistics | None, what: str) -> Statistics:
+def require_statistics(statistics: Statistics | None, what: str) -> Statistics:
     """`statistics`; if there are none, `UserError` saying that `what` needs them."""
     if statistics is None:
         raise UserError(f"{what} needs the statistics of a data set: build the agent with them")

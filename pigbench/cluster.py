@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pigbench.errors import UserError
+from pigbench.errors import UserError, require
 from pigbench.suite.jobs import Job
 from pigbench.support.extras import required
 from pigbench.support.lock import is_held
@@ -41,9 +41,7 @@ class Cluster:
     """GPUs for each task on the cluster."""
 
     def __post_init__(self) -> None:
-        for name in ("cpus_per_task", "gpus_per_task"):
-            if not 0 <= getattr(self, name) < math.inf:
-                raise UserError(f"{name} is {getattr(self, name)}: it must be at least 0")
+        require(self, lambda x: 0 <= x < math.inf, "at least 0", "cpus_per_task", "gpus_per_task")
 
     @property
     def arguments(self) -> tuple[str, ...]:

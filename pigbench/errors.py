@@ -1,12 +1,12 @@
-"""The one kind of error that a user can fix, and the lookup that suggests the nearest name.
+"""The one kind of error that a user can fix, and the checks that raise it.
 
 Every layer of the package may import this module; it imports none of them.
 """
 
 import difflib
 import os
-from collections.abc import Iterable, Mapping
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 
@@ -39,3 +39,11 @@ def lookup(kind: str, table: Mapping[str, T], name: str) -> T:
     if name not in table:
         raise unknown_name(kind, name, table)
     return table[name]
+
+
+def require(config: object, holds: Callable[[Any], bool], rule: str, *fields: str) -> None:
+    """Raise `UserError` for the first of `fields` whose value does not satisfy `holds`."""
+    for field in fields:
+        value = getattr(config, field)
+        if not holds(value):
+            raise UserError(f"{field} is {value}: it must be {rule}")

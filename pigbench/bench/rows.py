@@ -20,7 +20,7 @@ from pigbench.data.homes import Home
 from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.training import batches
-from pigbench.training.train import make_updates
+from pigbench.training.updates import make_updates
 
 _METHOD, _PRESET = "gcivl", "cpu"
 
@@ -77,13 +77,13 @@ def _serve(connection: Connection, folder: Path, home: str) -> None:
     config = agents.get(_METHOD).preset(_PRESET)
     agent = agents.build(_METHOD, config, env.space, statistics=Statistics.of(rows.observations))
     init_key, key = jax.random.split(jax.random.key(0))
-    states, done = [agents.create(agent, init_key)], 0
+    state, done = agents.create(agent, init_key), 0
     with batches.of(rows, agent, key) as source:
         updates = make_updates(agent, key, source)
         while True:
             count = connection.recv()
             if count:
-                states, _ = jax.block_until_ready(updates(states, done, done + count))
+                state, _ = jax.block_until_ready(updates(state, done, done + count))
                 done += count
             connection.send(None if count else _resident())
 

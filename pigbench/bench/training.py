@@ -11,7 +11,7 @@ from pigbench.bench.timing import Contender, Timing
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.sampler import Rows
 from pigbench.training.batches import Drawn
-from pigbench.training.train import join, make_updates
+from pigbench.training.updates import join, make_updates
 
 _EPISODES = 20
 
@@ -55,11 +55,11 @@ def updates(
     agent = agents.build(method, config, env.space, statistics=standard(env))
     key = join([step_key for _, step_key in keys])
     run = make_updates(agent, key, Drawn(rows, agent))
-    states, done = [agents.create(agent, init_key) for init_key, _ in keys], 0
+    state, done = join([agents.create(agent, init_key) for init_key, _ in keys]), 0
 
     def work(count: int) -> None:
-        nonlocal states, done
-        states, _ = jax.block_until_ready(run(states, done, done + count))
+        nonlocal state, done
+        state, _ = jax.block_until_ready(run(state, done, done + count))
         done += count
 
     return Contender(name or method, work, items=seeds)

@@ -7,7 +7,7 @@ from pathlib import Path
 import jax
 
 from pigbench.bench.timing import Contender, Timing, alternate
-from pigbench.errors import UserError
+from pigbench.errors import require
 from pigbench.support.progress import Progress
 from pigbench.training import provenance
 
@@ -22,8 +22,7 @@ class Turns:
     """Length of a turn in seconds."""
 
     def __post_init__(self) -> None:
-        if self.turns < 1:
-            raise UserError(f"turns is {self.turns}: it must be at least 1")
+        require(self, lambda x: x >= 1, "at least 1", "turns")
 
 
 def take_turns(task: str, contenders: Sequence[Contender], turns: Turns) -> Mapping[str, Timing]:

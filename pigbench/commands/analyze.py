@@ -12,7 +12,7 @@ from pigbench.analysis.modes import MODES
 from pigbench.analysis.residuals import Residuals, by_mode, measure
 from pigbench.data import dataset
 from pigbench.data.sampler import Rows
-from pigbench.errors import UserError
+from pigbench.errors import require
 from pigbench.report.formats import markdown_grid
 from pigbench.seeds import Seed
 from pigbench.support import files
@@ -58,8 +58,7 @@ class Analyze:
 
     def run(self) -> None:
         """Measure, print the table, and draw the figure."""
-        if self.samples < 1:
-            raise UserError(f"samples is {self.samples}: it must be at least 1")
+        require(self, lambda x: x >= 1, "at least 1", "samples")
         out = self.out or self.run_folder / "analysis"
         files.require_folder(out)
         # Nothing is simulated: any engine does, and this machine may lack the run's own.

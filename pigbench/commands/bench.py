@@ -9,7 +9,7 @@ from pigbench import agents, envs
 from pigbench.bench import comparison, rows, startup, throwaway, training
 from pigbench.bench.turns import Turns, save, take_turns
 from pigbench.data import dataset, homes
-from pigbench.errors import UserError
+from pigbench.errors import require
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files, memory
 from pigbench.training import provenance
@@ -68,9 +68,8 @@ class Generate:
     def run(self) -> None:
         """Measure and print a table."""
         files.require_files(self.json)
-        if self.simulations < 1:
-            raise UserError(f"simulations is {self.simulations}: it must be at least 1")
-        memory.require(self.simulations)
+        require(self, lambda x: x >= 1, "at least 1", "simulations")
+        memory.require_for(self.simulations)
         contenders = comparison.generation(
             self.environment, self.simulations, engine=self.engine, profiles=self.physics
         )
@@ -139,8 +138,7 @@ class Rows:
 
     def run(self) -> None:
         """Measure and print a table."""
-        if self.transitions < 1:
-            raise UserError(f"transitions is {self.transitions}: it must be at least 1")
+        require(self, lambda x: x >= 1, "at least 1", "transitions")
         files.require_files(self.json)
         with throwaway.dataset(self.environment, self.transitions, self.folder) as data:
             split = dataset.load(data).split("train")
@@ -165,8 +163,7 @@ class Startup:
 
     def run(self) -> None:
         """Measure and print a table."""
-        if self.turns < 1:
-            raise UserError(f"turns is {self.turns}: it must be at least 1")
+        require(self, lambda x: x >= 1, "at least 1", "turns")
         files.require_files(self.json)
         taken = startup.measure(self.turns)
         print(markdown_grid(startup.table(taken)))

@@ -18,7 +18,7 @@ from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics.mujoco import MujocoPhysics
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError, lookup, require
 from pigbench.seeds import Seed
 from pigbench.support import files, memory
 from pigbench.support.lock import only_writer
@@ -66,14 +66,13 @@ class Generate:
     """Where shards are simulated."""
 
     def __post_init__(self) -> None:  # so that a suite rejects bad values before it begins
-        for name in ("episodes", "episode_length", "episodes_per_shard"):
-            if getattr(self, name) is not None and getattr(self, name) < 1:
-                raise UserError(f"{name} is {getattr(self, name)}: it must be at least 1")
+        counts = "episodes", "episode_length", "episodes_per_shard"
+        require(self, lambda x: x is None or x >= 1, "at least 1", *counts)
         if self._validation_episodes() < 0:
             raise UserError(
                 f"validation_episodes is {self.validation_episodes}: it must be 0 or more"
             )
-        memory.require(self._episodes_per_shard())
+        memory.require_for(self._episodes_per_shard())
 
     def run(self) -> None:
         """Generate the missing shards."""

@@ -12,7 +12,7 @@ from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
-from pigbench.errors import UserError, lookup, unknown_name
+from pigbench.errors import lookup, require, unknown_name
 from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
@@ -31,9 +31,8 @@ class Size:
     height: int = 480
 
     def __post_init__(self) -> None:
-        for name, value in dataclasses.asdict(self).items():
-            if value < 2 or value % 2:
-                raise UserError(f"{name} is {value}: it must be an even number, at least 2")
+        even = "an even number, at least 2"
+        require(self, lambda x: x >= 2 and x % 2 == 0, even, *vars(self))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,7 +94,8 @@ class Render:
             env.check_task(task)
         with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
             with Progress("evaluate", total=env.episode_length, unit="control steps") as progress:
-                recordings = make_recorder(env, agent, evaluation)(state.acting, progress.reach)
+                record = make_recorder(env, agent, evaluation)
+                _, recordings = record(state.acting, progress.reach)
             shown = [recording for recording in recordings if recording.task in tasks]
             shots = [Shot(recording.qpos, recording.target) for recording in shown]
             _film(self.out, renderer, shots)

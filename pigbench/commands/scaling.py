@@ -89,4 +89,4 @@ def _check(*counts: int) -> None:
     for count in counts:
         if count < 1:
             raise UserError(f"simulations is {count}: it must be at least 1")
-        memory.require(count)
+        memory.require_for(count)

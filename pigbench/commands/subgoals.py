@@ -12,7 +12,7 @@ from pigbench.analysis import grasps
 from pigbench.analysis.modes import MODES
 from pigbench.analysis.subgoals import Distances, draw, measure
 from pigbench.data import dataset
-from pigbench.errors import UserError
+from pigbench.errors import UserError, require
 from pigbench.report.formats import markdown_grid
 from pigbench.seeds import Seed
 from pigbench.support import files, memory
@@ -54,9 +54,8 @@ class SubgoalErrors:
 
     def run(self) -> None:
         """Simulate and print the table."""
-        if self.samples < 1:
-            raise UserError(f"samples is {self.samples}: it must be at least 1")
-        memory.require(self.samples)
+        require(self, lambda x: x >= 1, "at least 1", "samples")
+        memory.require_for(self.samples)
         out = self.out or self.run_folder / "analysis" / "subgoals.md"
         files.require_file(out)
         run, env, agent, state = restore(self.run_folder)

@@ -10,7 +10,7 @@ import tyro
 
 from pigbench.cluster import Cluster
 from pigbench.commands.parsing import parse
-from pigbench.errors import UserError
+from pigbench.errors import UserError, require
 from pigbench.page import make
 from pigbench.report.formats import markdown_grid
 from pigbench.suite import checks, estimate, growth, logs, results, spec, stages
@@ -41,8 +41,7 @@ class RunSuite:
 
     def run(self) -> None:
         """Do the work that is not done yet."""
-        if self.jobs < 1:
-            raise UserError(f"jobs is {self.jobs}: it must be at least 1")
+        require(self, lambda x: x >= 1, "at least 1", "jobs")
         suite = spec.read(self.file)
         configs = checks.configurations(suite, self.out, parse)
         growth.require_grown(suite, self.out)

@@ -4,7 +4,7 @@ import dataclasses
 from pathlib import Path
 
 from pigbench import devices
-from pigbench.errors import UserError, lookup
+from pigbench.errors import lookup, require
 from pigbench.report import canvas
 from pigbench.seeds import Seed, check
 from pigbench.support import files
@@ -37,8 +37,7 @@ class Toy:
 
     def __post_init__(self) -> None:
         lookup("example", EXAMPLES, self.example)
-        if self.seeds < 1:
-            raise UserError(f"seeds is {self.seeds}: it must be at least 1")
+        require(self, lambda x: x >= 1, "at least 1", "seeds")
         check(self.seed + self.seeds - 1)
 
     def run(self) -> None:

@@ -10,11 +10,13 @@ import dataclasses
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
+
+import pydantic
 
 from pigbench.errors import UserError
 from pigbench.layout import Layout
-from pigbench.support import files
+from pigbench.support import files, schema
 
 FORMAT = 1
 FILE_NAME = "manifest.json"
@@ -31,6 +33,11 @@ class Shard(NamedTuple):
     split: str
     number: int
     episodes: int
+
+
+def _layout(terms: Any) -> Any:
+    """Its fields, as `Spec.as_dict` has it without their name."""
+    return {"terms": terms} if isinstance(terms, list) else terms
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,7 +71,7 @@ class Spec:
     episodes_per_shard: int | Mapping[str, tuple[int, ...]]
     rows_per_episode: int
     fields: tuple[str, ...]
-    layout: Layout
+    layout: Annotated[Layout, pydantic.BeforeValidator(_layout)]
     action_size: int
     versions: Mapping[str, str]
     settings: Mapping[str, str] = dataclasses.field(default_factory=dict)
@@ -126,7 +133,7 @@ class Manifest:
     """A data set's specification and its finished shards."""
 
     spec: Spec
-    shards: tuple[ShardRecord, ...] = ()
+    shards: tuple[ShardRecord, ...]
 
     def missing(self) -> tuple[Shard, ...]:
         """The shards of the plan that are not finished."""
@@ -183,18 +190,15 @@ def read(folder: Path) -> Manifest:
     version = content.get("format") if isinstance(content, dict) else None
     if version != FORMAT:
         raise UserError(f"{path} has format {version!r}; this version reads format {FORMAT}")
-    with files.explaining_torn(path):
-        manifest = Manifest(
-            spec=_spec(content["spec"]),
-            shards=tuple(_shard_record(shard) for shard in content["shards"]),
-        )
+    del content["format"]
+    manifest = schema.read(Manifest, content, f"{path} is torn")
     added = _journal(folder)
     return manifest.with_shards([*manifest.shards, *added]) if added else manifest
 
 
 def spec_of(content: str) -> Spec:
     """The specification whose `as_json` is given."""
-    return _spec(json.loads(content))
+    return schema.read(Spec, json.loads(content), "the specification is torn")
 
 
 def describe(manifest: Manifest) -> str:
@@ -232,18 +236,5 @@ def _journal(folder: Path) -> list[ShardRecord]:
     text = files.read_text(path) if path.exists() else ""
     lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
     with files.explaining_torn(path):
-        return [_shard_record(files.unsealed(path, json.loads(line))) for line in lines]
-
-
-def _spec(content: Mapping[str, Any]) -> Spec:
-    fields = tuple(content["fields"])
-    layout = Layout(tuple((name, size) for name, size in content["layout"]))
-    sizes = content["episodes_per_shard"]
-    if not isinstance(sizes, int):
-        sizes = {split: tuple(own) for split, own in sizes.items()}
-    return Spec(**{**content, "fields": fields, "layout": layout, "episodes_per_shard": sizes})
-
-
-def _shard_record(content: Mapping[str, Any]) -> ShardRecord:
-    records = {name: FileRecord(**record) for name, record in content["files"].items()}
-    return ShardRecord(**{**content, "files": records})
+        records = [files.unsealed(path, json.loads(line)) for line in lines]
+    return [schema.read(ShardRecord, record, f"{path} is torn") for record in records]

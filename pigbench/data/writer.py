@@ -43,7 +43,7 @@ class Writer:
         manifest.add(self.folder, record)
         self._finished[record.name] = record
         if len(self._finished) == self._planned:
-            complete = Manifest(self._spec).with_shards(self._finished.values())
+            complete = Manifest(self._spec, ()).with_shards(self._finished.values())
             manifest.write(self.folder, complete)
 
 
@@ -56,7 +56,7 @@ def _begin(folder: Path, spec: Spec) -> Manifest:
     if folder.exists() and not (folder.is_dir() and files.entries(folder) <= own):
         raise UserError(f"{folder} is not an empty folder and holds no data set; choose another")
     files.make_folder(folder)
-    begun = Manifest(spec)
+    begun = Manifest(spec, ())
     manifest.write(folder, begun)
     return begun
 

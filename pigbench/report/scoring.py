@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError, lookup, require
 from pigbench.report import bootstrap, measures, stats
 from pigbench.report.conditions import unequal
 from pigbench.report.stats import Cell, Estimate, Result
@@ -69,8 +69,7 @@ class Scoring:
     def __post_init__(self) -> None:
         lookup("checkpoint", CHECKPOINTS, self.checkpoint)
         lookup("unit", UNITS, self.over)
-        if self.first_episodes is not None and self.first_episodes < 1:
-            raise UserError(f"first_episodes is {self.first_episodes}: it must be at least 1")
+        require(self, lambda x: x is None or x >= 1, "at least 1", "first_episodes")
 
     def cells(self, results: Iterable[Result]) -> dict[Cell, list[Result]]:
         """`stats.cells` of the episodes that count. Raises UserError like it."""

@@ -14,7 +14,7 @@ from pigbench import names
 from pigbench.data.defaults import EPISODE_ROWS, HomeChoice
 from pigbench.errors import UserError
 from pigbench.seeds import Seed
-from pigbench.support import files
+from pigbench.support import files, schema
 from pigbench.support.compare import flatten
 from pigbench.training.run import Keep
 
@@ -27,8 +27,6 @@ READY = Path(__file__).parent / "ready"
 Count = Annotated[int, pydantic.Field(ge=1)]
 Noise = Annotated[float, pydantic.Field(ge=0, allow_inf_nan=False)]
 
-_UNKNOWN_FIELD = "unexpected_keyword_argument"
-
 
 @dataclass(frozen=True)
 class Environment:
@@ -38,8 +36,6 @@ class Environment:
     transitions: Count
     steps: Count
     data: Path | None = None  # folder of the data set; by default in the suite's own
-
-    __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True)
@@ -53,8 +49,6 @@ class Data:
     episode_transitions: Count = EPISODE_ROWS - 1  # from which the number of episodes is computed
     filter: bool = False  # whether only good episodes are kept, by `pigbench data filter`
 
-    __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
-
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -63,8 +57,6 @@ class Evaluation:
     every: Count
     episodes: Count = 10
     noise: tuple[Noise, ...] = ()  # millimetres, levels at which trained policies are evaluated too
-
-    __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True)
@@ -83,8 +75,6 @@ class Suite:
     data: Data = field(default_factory=Data)
     agent: Mapping[str, Any] = field(default_factory=dict)
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: {"": {}})
-
-    __pydantic_config__ = pydantic.ConfigDict(extra="forbid")
 
     def __post_init__(self) -> None:
         axes = {
@@ -142,15 +132,10 @@ def read(path: Path) -> Suite:
             ready = ", ".join(sorted(file.stem for file in READY.glob("*.toml")))
             raise UserError(f"no suite is named {path.stem}: name a .toml file, or one of {ready}")
     try:
-        return pydantic.TypeAdapter(Suite).validate_python(tomllib.loads(files.read_text(path)))
+        content = tomllib.loads(files.read_text(path))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise UserError(f"{path} is not valid TOML: {error}") from None
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
-    except pydantic.ValidationError as error:
-        first = min(error.errors(), key=lambda one: one["type"] != _UNKNOWN_FIELD)
-        where = ".".join(map(str, first["loc"]))
-        raise UserError(f"{path}: {where}: {_explain(first)}") from None
+    return schema.read(Suite, content, str(path))
 
 
 def write(path: Path, suite: Suite) -> None:
@@ -161,10 +146,7 @@ def write(path: Path, suite: Suite) -> None:
 
 def read_kept(path: Path) -> Suite:
     """The suite written by `write`. Raises UserError if there is none or it is torn."""
-    try:
-        return pydantic.TypeAdapter(Suite).validate_python(files.read_json(path))
-    except pydantic.ValidationError as error:
-        raise UserError(f"{path} is torn: {error.errors()[0]['msg']}") from None
+    return schema.read(Suite, files.read_json(path), f"{path} is torn")
 
 
 def _environments(suite: Suite) -> Sequence[Mapping[str, Any]]:
@@ -172,11 +154,3 @@ def _environments(suite: Suite) -> Sequence[Mapping[str, Any]]:
         dataclasses.asdict(environment) | {"data": environment.data and str(environment.data)}
         for environment in suite.environments
     ]
-
-
-def _explain(error: Any) -> str:
-    if error["type"] == _UNKNOWN_FIELD:
-        return "there is no such field"
-    if error["type"] == "missing":
-        return "this field is missing"
-    return f"{error['msg']}, not {error['input']!r}"

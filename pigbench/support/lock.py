@@ -4,6 +4,10 @@ The lock is on a file opened for writing, because NFS has no locks on folders: o
 for all machines. The file is in the locked folder, so it is the same however the folder is reached
 or mounted. It does not count as content of the folder (`files.entries`), and the writer removes it
 at the end. One that a killed process left is locked by nobody and does no harm.
+
+The library `filelock` (4.3) cannot do this: it leaves its file where it was, cannot look at a lock
+without taking it, for which the file must be writable, and locks only files that it opens itself,
+whereas `files.replacing_file` locks the one that it writes.
 """
 
 import contextlib

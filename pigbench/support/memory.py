@@ -34,7 +34,7 @@ def share() -> int:
     return available() // int(os.environ.get(SHARERS, 1))
 
 
-def require(simulations: int) -> None:
+def require_for(simulations: int) -> None:
     """Raise UserError if so many simulations at once need more than all of the memory."""
     need = _BYTES_EACH * simulations
     memory = available()

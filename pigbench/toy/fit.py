@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 import optax
 
-from pigbench.agents.config import require
 from pigbench.agents.networks import MLP
 from pigbench.agents.regularizers import Regularizer
+from pigbench.errors import require
 from pigbench.seeds import key as seed_key
 from pigbench.toy.problem import Mode
 

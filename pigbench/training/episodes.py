@@ -34,7 +34,6 @@ class Episode(NamedTuple):
 # millimetre, and unknown values are empty.
 _WHICH = {name: kind for name, kind in Episode.__annotations__.items() if name != "measures"}
 _KEYS = [name for name in _WHICH if name != "engine"]  # these every file has
-_COLUMNS = _WHICH | {name: measure.kind for name, measure in MEASURES.items()}
 _CHECK = "check"  # a further column: the row's checksum
 _FORMAT: dict[type, Callable[[Any], str]] = {
     int: str,
@@ -73,8 +72,12 @@ def read(path: Path) -> list[Episode]:
     is_checked = header[-1:] == [_CHECK]  # older files have no checksums
     header = header[:-1] if is_checked else header
     keys, others = header[: len(_KEYS)], header[len(_KEYS) :]
-    if keys != _KEYS or "success" not in others or not {"engine", *MEASURES} >= set(others):
-        raise UserError(f"{path} is torn: its columns are not {','.join(_COLUMNS)}")
+    columns = _columns()
+    if keys != _KEYS or "success" not in others or not columns.keys() >= set(others):
+        raise UserError(
+            f"{path} is torn: its columns are not {','.join(columns)} (for a measure of your own, "
+            "add --plugin FILE)"
+        )
     if not text.endswith("\n"):
         raise UserError(f"{path} is torn: its last row is cut off")
     if not rows:
@@ -109,10 +112,17 @@ def best_step(episodes: Iterable[Episode]) -> int:
     return max(sorted(by_step), key=lambda step: sum(by_step[step]) / len(by_step[step]))
 
 
+def _columns() -> dict[str, type]:
+    """The types of the file's columns, by name."""
+    if taken := MEASURES.keys() & {*_WHICH, _CHECK}:
+        raise UserError(f"measure {min(taken)!r} has the name of another column: choose another")
+    return _WHICH | {name: measure.kind for name, measure in MEASURES.items()}
+
+
 def _write(path: Path, episodes: Iterable[Episode]) -> None:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*_COLUMNS, _CHECK])
+    writer.writerow([*_columns(), _CHECK])
     writer.writerows([*row, _checksum(row)] for row in map(_row, episodes))
     files.write_text(path, text.getvalue())
 
@@ -120,7 +130,7 @@ def _write(path: Path, episodes: Iterable[Episode]) -> None:
 def _row(episode: Episode) -> list[str]:
     values = {**episode._asdict(), **episode.measures}
     return [
-        _FORMAT[kind](values[name]) if name in values else "" for name, kind in _COLUMNS.items()
+        _FORMAT[kind](values[name]) if name in values else "" for name, kind in _columns().items()
     ]
 
 
@@ -135,9 +145,10 @@ def _checked(path: Path, line: int, row: list[str]) -> list[str]:
 
 
 def _parse(path: Path, line: int, header: list[str], row: list[str]) -> Episode:
+    columns = _columns()
     try:
         values = {
-            name: _PARSE[_COLUMNS[name]](text)
+            name: _PARSE[columns[name]](text)
             for name, text in zip(header, row, strict=True)
             if text or name in (*_KEYS, "success")
         }

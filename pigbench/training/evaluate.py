@@ -12,7 +12,7 @@ import numpy as np
 from pigbench import envs, seeds
 from pigbench.agents import Agent, Params
 from pigbench.envs.physics import PhysicsState, warn_of_overflow
-from pigbench.errors import UserError
+from pigbench.errors import require
 from pigbench.seeds import Seed
 from pigbench.support import memory
 from pigbench.training import milestones
@@ -33,10 +33,9 @@ class Evaluation:
     """Seed of the scenes and of the policy's random draws."""
 
     def __post_init__(self) -> None:
-        if self.episodes < 1:
-            raise UserError(f"episodes is {self.episodes}: it must be at least 1")
+        require(self, lambda x: x >= 1, "at least 1", "episodes")
         seeds.check(self.seed)
-        memory.require(self.episodes)  # for one task; `begin` checks for all
+        memory.require_for(self.episodes)  # for one task; `begin` checks for all
 
 
 Outcome = Mapping[str, np.ndarray]  # by measure of `milestones`, (tasks, episodes)
@@ -60,7 +59,7 @@ def begin(env: "envs.CubeEnv", evaluation: Evaluation) -> Rollout:
     An episode's scene and the policy's draws depend only on the evaluation's seed, the task and the
     episode's number. Raises UserError if so many do not fit into this machine's memory.
     """
-    memory.require(env.num_tasks * evaluation.episodes)
+    memory.require_for(env.num_tasks * evaluation.episodes)
     tasks, episodes = jnp.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)
     tasks += 1
 
@@ -118,7 +117,6 @@ def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) ->
 
     The rollout stops when every episode has ended.
     """
-    shape = (env.num_tasks, evaluation.episodes)
     start = make_start(env, evaluation)
 
     @jax.jit
@@ -133,11 +131,17 @@ def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) ->
         for stop in range(_REPORT_EVERY, env.episode_length + _REPORT_EVERY, _REPORT_EVERY):
             rollout = advance(params, rollout, min(stop, env.episode_length))
             report(int(rollout.time))
-        physics_states: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
-        warn_of_overflow(physics_states)
-        return {name: np.asarray(rollout.values[name]).reshape(shape) for name in MEASURES}
+        return outcome_of(rollout, env, evaluation)
 
     return evaluate
+
+
+def outcome_of(rollout: Rollout, env: "envs.CubeEnv", evaluation: Evaluation) -> Outcome:
+    """What came of a rollout that has ended. Warns if its physics ran out of memory."""
+    physics_states: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
+    warn_of_overflow(physics_states)
+    shape = (env.num_tasks, evaluation.episodes)
+    return {name: np.asarray(rollout.values[name]).reshape(shape) for name in MEASURES}
 
 
 def as_episodes(

@@ -1,27 +1,42 @@
 """What happens to policies at an evaluation: they act, are filmed, and it is all written down."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 from pigbench import envs
-from pigbench.agents import TrainState
+from pigbench.agents import Agent, Params, TrainState
 from pigbench.support.progress import Progress
-from pigbench.training.evaluate import Evaluation, Evaluator, Outcome, as_episodes
-from pigbench.training.films import Filmer
+from pigbench.training.evaluate import Evaluation, Outcome, Report, as_episodes, make_evaluator
+from pigbench.training.films import film
 from pigbench.training.ledger import Ledger
 from pigbench.training.measures import BRIEF
+from pigbench.training.recording import Recording, make_recorder
 
 
 @dataclass(frozen=True)
 class Examination:
-    """Evaluates states, films them if it can, and enters what comes of it."""
+    """Evaluates states, films them if `evaluate` records episodes, and enters what comes of it."""
 
     env: "envs.CubeEnv"
     evaluation: Evaluation
-    evaluate: Evaluator
-    film: Filmer | None
+    evaluate: Callable[[Params, Report], tuple[Outcome, Sequence[Recording]]]
     progress: Progress
+
+    @classmethod
+    def of(
+        cls,
+        env: "envs.CubeEnv",
+        agent: Agent,
+        evaluation: Evaluation,
+        progress: Progress,
+        *,
+        films: bool,
+    ) -> "Examination":
+        """The examination of the agent's states, with or without films."""
+        if films:
+            return cls(env, evaluation, make_recorder(env, agent, evaluation), progress)
+        evaluate = make_evaluator(env, agent, evaluation)
+        return cls(env, evaluation, lambda *given: (evaluate(*given), ()), progress)
 
     def __call__(
         self, states: Sequence[TrainState], ledgers: Sequence[Ledger], *, step: int
@@ -32,17 +47,15 @@ class Examination:
         )
 
     def _one(self, state: TrainState, ledger: Ledger, step: int) -> Outcome:
-        outcome = self.evaluate(state.acting, partial(self._tell, "evaluating"))
+        outcome, recordings = self.evaluate(state.acting, self._tell)
         rows = as_episodes(outcome, self.env, self.evaluation, step=step)
-        films = {}
-        if self.film is not None:
-            folder = ledger.run.films_path / f"{step:09d}"
-            films = self.film(state.acting, folder, partial(self._tell, "filming"))
+        folder = ledger.run.films_path / f"{step:09d}"
+        films = film(self.env, recordings, folder) if recordings else {}
         ledger.enter_evaluation(state, rows, films, step=step)
         return outcome
 
-    def _tell(self, doing: str, time: int) -> None:
-        self.progress.advance(0, f"{doing}, {time} of {self.env.episode_length}")
+    def _tell(self, time: int) -> None:
+        self.progress.advance(0, f"evaluating, {time} of {self.env.episode_length}")
 
 
 def _brief(outcomes: Sequence[Outcome]) -> str:

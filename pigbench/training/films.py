@@ -1,23 +1,19 @@
 """Films of simulations, and of an evaluation: a success and a failure of each task."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from pigbench import envs
-from pigbench.agents import Agent, Params
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.support import files, pictures
-from pigbench.training.evaluate import Evaluation, Report
-from pigbench.training.recording import Recording, make_recorder
+from pigbench.training.recording import Recording
 
 _WIDTH, _HEIGHT = 320, 240  # pixels
 _EVERY = 2  # control steps between two frames of an evaluation's film
-
-Filmer = Callable[[Params, Path, Report], Mapping[str, Path]]
 
 
 class Shot(NamedTuple):
@@ -49,25 +45,20 @@ def write(
     pictures.write_mp4(path, frames(), rate=round(1 / (CONTROL_STEP * every)))
 
 
-def make_filmer(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Filmer:
-    """A function that films the evaluation of a policy's parameters into a folder.
+def film(env: "envs.CubeEnv", recordings: Iterable[Recording], folder: Path) -> dict[str, Path]:
+    """Film recorded episodes of an evaluation into a folder.
 
-    It returns the files by names such as "task1_horizontal/success".
+    Returns the files by names such as "task1_horizontal/success".
     """
-    record = make_recorder(env, agent, evaluation)
-
-    def film(params: Params, folder: Path, report: Report) -> dict[str, Path]:
-        # Without shadows, a frame takes a third of the time.
-        paths = {}
-        scene = Renderer(env.spec.num_cubes, width=_WIDTH, height=_HEIGHT, shadows=False)
-        with scene as renderer:
-            for name, recording in _examples(env, record(params, report)).items():
-                paths[name] = folder / f"{name.replace('/', '-')}.mp4"
-                shot = Shot(recording.qpos, recording.target)
-                write(paths[name], renderer, [shot], every=_EVERY)
-        return paths
-
-    return film
+    paths = {}
+    # Without shadows, a frame takes a third of the time.
+    scene = Renderer(env.spec.num_cubes, width=_WIDTH, height=_HEIGHT, shadows=False)
+    with scene as renderer:
+        for name, recording in _examples(env, recordings).items():
+            paths[name] = folder / f"{name.replace('/', '-')}.mp4"
+            shot = Shot(recording.qpos, recording.target)
+            write(paths[name], renderer, [shot], every=_EVERY)
+    return paths
 
 
 def keep_films(folder: Path, wanted: Callable[[int], bool]) -> None:

@@ -1,6 +1,7 @@
 """What training writes of one run: checkpoints, metrics, episodes, and what trackers show."""
 
-from collections.abc import Mapping, Sequence
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,17 @@ class Ledger:
     checkpoints: Checkpoints
     log: MetricsLog
     trackers: Sequence[Tracker]
+
+    @classmethod
+    @contextlib.contextmanager
+    def opened(
+        cls, run: Run, checkpoints: Checkpoints, shown_by: Sequence[type[Tracker]], *, step: int
+    ) -> Iterator["Ledger"]:
+        """The ledger of a run that goes on after `step` updates."""
+        with contextlib.ExitStack() as stack:
+            log = stack.enter_context(MetricsLog(run.path, step=step))
+            trackers = [stack.enter_context(tracker(run, step=step)) for tracker in shown_by]
+            yield cls(run, checkpoints, log, trackers)
 
     def enter_metrics(self, step: int, metrics: Metrics) -> None:
         """Log and show the mean metrics of the updates up to `step`."""

@@ -11,7 +11,7 @@ from pigbench import envs
 from pigbench.agents import Agent, Params
 from pigbench.envs.physics import PhysicsState
 from pigbench.training import evaluate
-from pigbench.training.evaluate import Evaluation, Report, Rollout
+from pigbench.training.evaluate import Evaluation, Outcome, Report, Rollout
 
 _CHUNK = 50  # control steps between two reports
 
@@ -25,11 +25,11 @@ class Recording(NamedTuple):
     success: bool
 
 
-Recorder = Callable[[Params, Report], list[Recording]]
+Recorder = Callable[[Params, Report], tuple[Outcome, list[Recording]]]
 
 
 def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Recorder:
-    """A function that records the same episodes as `make_evaluator`, task after task."""
+    """Like `make_evaluator`; the function also returns the recorded episodes, task after task."""
     start = evaluate.make_start(env, evaluation)
 
     @partial(jax.jit, static_argnames="steps")
@@ -40,7 +40,11 @@ def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> 
 
         return jax.lax.scan(step, rollout, length=steps)
 
-    return partial(_record, start, advance, env.episode_length)
+    def record(params: Params, report: Report) -> tuple[Outcome, list[Recording]]:
+        rollout, recordings = _record(start, advance, env.episode_length, params, report)
+        return evaluate.outcome_of(rollout, env, evaluation), recordings
+
+    return record
 
 
 def _record(
@@ -49,7 +53,7 @@ def _record(
     episode_length: int,
     params: Params,
     report: Report,
-) -> list[Recording]:
+) -> tuple[Rollout, list[Recording]]:
     rollout = start(params)
     first = rollout.states
     chunks = [np.asarray(_qpos(first))[None]]
@@ -62,7 +66,7 @@ def _record(
     successes = np.asarray(rollout.states.info["success"])
     lengths = np.asarray(rollout.values["length"])
     states = np.concatenate(chunks)
-    return [
+    return rollout, [
         Recording(
             task=int(first.info["task"][i]),
             qpos=states[: lengths[i] + 1, i],

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from pigbench.errors import UserError
-from pigbench.support import files
+from pigbench.support import files, schema
 from pigbench.support.compare import first_difference, require_same
 
 if TYPE_CHECKING:  # tables read runs without agents and JAX
@@ -247,8 +247,7 @@ def read_run(path: Path) -> Run:
     if not config_path.exists():
         raise UserError(f"{path} is not a run: it has no {CONFIG_FILE}")
     content = files.read_json(config_path)
-    with files.explaining_torn(config_path):
-        return Run(path, RunConfig(**content))
+    return Run(path, schema.read(RunConfig, content, f"{config_path} is torn"))
 
 
 def read_statistics(run: Run) -> "Statistics | None":
@@ -271,23 +270,5 @@ def agent_config(run: Run) -> "AgentConfig":
 
     template = agents.get(run.config.method).config
     before = {name: value for name, value in _BEFORE.items() if hasattr(template, name)}
-    try:
-        return _fill(template, {**before, **run.config.agent})
-    except (TypeError, AttributeError, KeyError) as error:
-        raise UserError(
-            f"{run.path / CONFIG_FILE} holds no configuration of {run.config.method!r}: {error}"
-        ) from None
-
-
-def _fill(template: Any, values: Mapping[str, Any]) -> Any:
-    """The dataclass `template` with field values that were stored as JSON."""
-
-    def restored(name: str, value: Any) -> Any:
-        like = getattr(template, name)
-        if dataclasses.is_dataclass(like):
-            return _fill(like, value)
-        return tuple(value) if isinstance(value, list) else value
-
-    return dataclasses.replace(
-        template, **{name: restored(name, value) for name, value in values.items()}
-    )
+    what = f"{run.path / CONFIG_FILE} holds no configuration of {run.config.method!r}"
+    return schema.fill(template, {**before, **run.config.agent}, what)

@@ -48,30 +48,34 @@ class Sharding:
     def __str__(self) -> str:
         return f"on {self.devices} devices" if self.devices > 1 else ""
 
-    def share_seeds(self, tree: Tree) -> Tree:
-        """Within a program: distribute leaves whose first axis is over seeds."""
-        return self._constrain(tree, SEEDS)
+    def share_state(self, tree: Tree, *, joined: bool) -> Tree:
+        """Within a program: distribute leaves whose first axis is over seeds if they are joined."""
+        return self._constrain(tree, *_axes(joined))
 
     def share_batch(self, tree: Tree) -> Tree:
         """Within a program for one seed: distribute leaves whose first axis is over examples."""
         return self._constrain(tree, BATCH)
 
-    def spread(self, tree: Tree) -> Tree:
-        """Copy arrays to all devices in use, for a program that runs on them."""
-        return tree if self.devices == 1 else jax.device_put(tree, self._named())
+    def spread(self, tree: Tree, *, joined: bool) -> Tree:
+        """Move arrays to the devices in use, as `share_state` leaves them in a program."""
+        return tree if self.devices == 1 else jax.device_put(tree, self._named(*_axes(joined)))
 
     def collect(self, tree: Tree) -> Tree:
         """Move a program's results to the first device, where all else is done."""
         return tree if self.devices == 1 else jax.device_put(tree, jax.devices()[0])
 
-    def _constrain(self, tree: Tree, axis: str) -> Tree:
+    def _constrain(self, tree: Tree, *axes: str) -> Tree:
         if self.devices == 1:
             return tree
-        return jax.lax.with_sharding_constraint(tree, self._named(axis))
+        return jax.lax.with_sharding_constraint(tree, self._named(*axes))
 
     def _named(self, *axes: str) -> NamedSharding:
         devices = np.array(jax.devices()[: self.devices]).reshape(self.seeds, self.batch)
         return NamedSharding(Mesh(devices, (SEEDS, BATCH)), PartitionSpec(*axes))
+
+
+def _axes(joined: bool) -> tuple[str, ...]:
+    return (SEEDS,) if joined else ()
 
 
 def _most(devices: int, things: int) -> int:

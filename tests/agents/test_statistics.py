@@ -36,4 +36,4 @@ def test_terms_are_selected_in_their_order():
 
 def test_what_needs_statistics_says_so():
     with pytest.raises(UserError, match="standardize needs the statistics of a data set"):
-        statistics.require(None, "standardize")
+        statistics.require_statistics(None, "standardize")

@@ -98,7 +98,7 @@ def with_suite(place) -> Path:
     spec.write(place / "suite.json", spec.read(place / "suite.toml"))
     whole = manifest.read(place / "DATA")
     (place / "BEGUN").mkdir()
-    manifest.write(place / "BEGUN", manifest.Manifest(whole.spec))
+    manifest.write(place / "BEGUN", manifest.Manifest(whole.spec, ()))
     for record in whole.shards:
         manifest.add(place / "BEGUN", record)
     return place

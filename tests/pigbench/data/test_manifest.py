@@ -29,7 +29,7 @@ def test_the_plan_does_not_depend_on_the_order_of_the_splits(spec):
 
 def test_shards_keep_the_order_of_the_plan(spec):
     names = ["val-00000", "train-00001", "train-00000"]
-    content = Manifest(spec).with_shards(map(record, names))
+    content = Manifest(spec, ()).with_shards(map(record, names))
     assert [shard.name for shard in content.shards] == ["train-00000", "train-00001", "val-00000"]
     assert [shard.name for shard in content.missing()] == ["train-00002"]
 
@@ -55,9 +55,9 @@ def test_the_format_on_the_disk(tmp_path, spec):
         ('{"format": 1', "is torn"),
         ("[]", "has format None; this version reads format 1"),
         ('{"format": 2}', "has format 2; this version reads format 1"),
-        ('{"format": 1, "shards": []}', "is torn: 'spec'"),
+        ('{"format": 1, "shards": []}', "is torn: spec: this field is missing"),
         ('{"format": 1, "spec": {"fields": [], "layout": []}, "shards": []}', "is torn"),
-        ('{"format": 1, "spec": 3, "shards": []}', "is torn"),
+        ('{"format": 1, "spec": 3, "shards": []}', "is torn: spec: 3 is no set of fields"),
     ],
 )
 def test_a_bad_manifest_is_named(tmp_path, text, message):
@@ -69,7 +69,7 @@ def test_a_bad_manifest_is_named(tmp_path, text, message):
 
 @pytest.mark.parametrize("line", ["[]", '{"name": "train-00000"}', "{", '{"rhecksum": 1}', "3"])
 def test_a_bad_journal_is_named(tmp_path, spec, line):
-    manifest.write(tmp_path, Manifest(spec))
+    manifest.write(tmp_path, Manifest(spec, ()))
     (tmp_path / manifest.JOURNAL).write_text(line + "\n")
     with pytest.raises(UserError, match=rf"{manifest.JOURNAL} is torn"):
         manifest.read(tmp_path)

@@ -7,9 +7,9 @@ UNLIMITED = 2**63 - 4096  # as version 1 says it
 
 
 def test_more_simulations_than_the_memory_holds_are_refused():
-    memory.require(10)
+    memory.require_for(10)
     with pytest.raises(UserError, match=r"1,000,000,000 simulations .* take 4,096\.0 GB at least"):
-        memory.require(10**9)
+        memory.require_for(10**9)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from pigbench.data.sampler import Rows
 from pigbench.layout import Layout, Space
 from pigbench.training.batches import Drawn
 from pigbench.training.sharding import Sharding
-from pigbench.training.train import join, make_updates
+from pigbench.training.updates import join, make_updates, split
 
 STEPS, BATCH = 20, 64
 CASES = ((4, False), (2, True))
@@ -37,10 +37,11 @@ def rows() -> Rows:
 def after(sharding: Sharding, seeds: int, steps: int = STEPS) -> list[np.ndarray]:
     """All numbers of the states of seeds 0, 1, ... after so many updates, in two calls."""
     keys = [jax.random.key(seed) for seed in range(seeds)]
-    states = [agents.create(AGENT, key) for key in keys]
+    state = join([agents.create(AGENT, key) for key in keys])
     updates = make_updates(AGENT, join(keys), Drawn(rows(), AGENT), sharding)
     for start in range(0, steps, STEPS // 2):
-        states, _ = updates(states, start, start + STEPS // 2)
+        state, _ = updates(state, start, start + STEPS // 2)
+    states = split(sharding.collect(state), seeds)
     assert all(len(leaf.devices()) == 1 for leaf in jax.tree.leaves(states))
     return [np.asarray(leaf) for leaf in jax.tree.leaves([state.params for state in states])]
 

@@ -14,7 +14,7 @@ from pigbench.data.writer import Writer
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
 from pigbench.training import batches
-from pigbench.training.train import make_updates
+from pigbench.training.updates import join, make_updates
 
 SPACE = Space(Layout.of({"joint_pos": 6, "cube_0_pos": 3}), 5)
 # To the bit, which is the emitters' doing too.
@@ -49,13 +49,13 @@ def agent_of(method: str):
 
 def trained(agent, rows, seeds, *stops):
     keys = [jax.random.split(jax.random.key(seed)) for seed in seeds]
-    key = jax.numpy.stack([key for _, key in keys]) if len(keys) > 1 else keys[0][1]
-    states = [agents.create(agent, init_key) for init_key, _ in keys]
+    key = join([key for _, key in keys])
+    state = join([agents.create(agent, init_key) for init_key, _ in keys])
     with batches.of(rows, agent, key) as source:
         updates = make_updates(agent, key, source)
         for start, stop in zip((0, *stops), stops, strict=False):
-            states, metrics = updates(states, start, stop)
-    return jax.device_get((states, metrics))
+            state, metrics = updates(state, start, stop)
+    return jax.device_get((state, metrics))
 
 
 def assert_same(one, other):

@@ -1,6 +1,10 @@
 """Measures on trajectories made by hand, and on what a scripted policy does in the simulation."""
 
+import contextlib
 import dataclasses
+import runpy
+from collections.abc import Iterator
+from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
@@ -8,10 +12,14 @@ import pytest
 
 from pigbench import envs
 from pigbench.envs.environment import CubeEnv
-from pigbench.training import milestones
+from pigbench.errors import UserError
+from pigbench.report import stats, tables
+from pigbench.training import episodes, measures, milestones
 from pigbench.training.evaluate import Evaluation, make_evaluator
-from pigbench.training.measures import MEASURES
-from pigbench.training.milestones import FOLDED, Moment
+from pigbench.training.measures import MEASURES, Fold
+from pigbench.training.milestones import FOLDINGS, Moment
+
+ROOT = Path(__file__).parents[3]
 
 START = ((0.4, 0.0, 0.02), (0.5, 0.2, 0.02))
 TARGET = ((0.4, 0.0, 0.02), (0.5, 0.0, 0.02))
@@ -107,5 +115,45 @@ def test_a_scripted_policy_goes_through_all_stages(scripted):
     assert (idle["length"] == 120).all()
 
 
-def test_every_measure_is_found_in_some_way():
-    assert tuple(FOLDED) == tuple(MEASURES)
+def test_every_fold_is_computed():
+    assert set(FOLDINGS) == set(Fold)
+
+
+@contextlib.contextmanager
+def grip() -> Iterator[None]:
+    """The measures of the documentation's example are known."""
+    before = set(MEASURES)
+    runpy.run_path(str(ROOT / "examples" / "grip.py"))
+    try:
+        yield
+    finally:
+        for name in set(MEASURES) - before:
+            del measures._MEASURES[name]
+
+
+def test_the_documentations_measures_reach_the_table(tmp_path, make_run):
+    assert '--8<-- "examples/grip.py"' in (ROOT / "docs" / "extending.md").read_text()
+    at = START[1]
+    with grip():
+        values = episode(
+            moment(force=7.0),  # of the fingers on each other
+            moment(pinch=at, force=2.0),
+            moment(pinch=at),
+            moment(pinch=at, force=5.5),
+            moment(pinch=at, force=3.0),
+        )
+        assert (values["peak_force"], values["held_steps"]) == (7.0, 3)
+        run = make_run(tmp_path / "run", {0: [[0, 0]]}, more=values)
+        table = tables.milestone_table(stats.read_results([run]))
+        shown = {column: table.estimates[table.rows[0], column].value for column in table.columns}
+        assert (shown["peak force"], shown["held (steps)"]) == (7.0, 3.0)
+        with pytest.raises(UserError, match="'peak_force' is already registered"):
+            runpy.run_path(str(ROOT / "examples" / "grip.py"))
+    with pytest.raises(UserError, match=r"its columns are not .*, add --plugin FILE"):
+        episodes.read(run.episodes_path)
+
+
+def test_a_measure_cannot_have_the_name_of_another_column(tmp_path, make_run, monkeypatch):
+    monkeypatch.setitem(measures._MEASURES, "seed", MEASURES["held"])
+    with pytest.raises(UserError, match="measure 'seed' has the name of another column"):
+        make_run(tmp_path / "run", {0: [[0]]})

@@ -15,7 +15,9 @@ def test_the_evaluations_episodes(env, drawn, monkeypatch):
     evaluation = Evaluation(episodes=2, seed=3)
     outcome = make_evaluator(env, drawn, evaluation)(None, print)
     reports = []
-    recordings = make_recorder(env, drawn, evaluation)(None, reports.append)
+    recorded, recordings = make_recorder(env, drawn, evaluation)(None, reports.append)
+    for name, values in outcome.items():
+        np.testing.assert_array_equal(recorded[name], values)
     assert [recording.task for recording in recordings] == [1, 1, 2, 2]
     assert [recording.success for recording in recordings] == list(outcome["success"].ravel())
     steps = [len(recording.qpos) - 1 for recording in recordings]
@@ -51,6 +53,6 @@ def test_what_comes_after_the_limit_is_no_success(limit, success):
         times = rollout.time + 1 + np.arange(steps)
         return after(rollout.time + steps), np.tile(times[:, None, None], (1, 1, 2))
 
-    (one,) = module._record(lambda _: after(0), advance, limit, None, lambda _: None)
+    _, (one,) = module._record(lambda _: after(0), advance, limit, None, lambda _: None)
     assert one.success == success
     assert [qpos[0] for qpos in one.qpos] == list(range(min(limit, 140) + 1))

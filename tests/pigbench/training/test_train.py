@@ -24,7 +24,8 @@ from pigbench.training import episodes
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import Trained, restore
 from pigbench.training.run import read_run
-from pigbench.training.train import Schedule, make_updates
+from pigbench.training.train import Schedule
+from pigbench.training.updates import make_updates
 
 STEPS = 600
 SMALL = [
@@ -81,10 +82,10 @@ def test_updates_do_not_depend_on_how_they_are_cut_into_calls():
     updates = make_updates(agent, jax.random.key(3), Drawn(rows, agent))
 
     def after(*counts: int) -> list[np.ndarray]:
-        states = [agents.create(agent, jax.random.key(0))]
+        state = agents.create(agent, jax.random.key(0))
         for start, stop in itertools.pairwise((0, *itertools.accumulate(counts))):
-            states, _ = updates(states, start, stop)
-        return [np.asarray(leaf) for leaf in jax.tree.leaves(states)]
+            state, _ = updates(state, start, stop)
+        return [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
 
     for one, other in zip(after(7), after(3, 4), strict=True):
         np.testing.assert_array_equal(one, other)
