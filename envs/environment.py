@@ -6,11 +6,12 @@ import jax
 import jax.numpy as jnp
 from jax.core import Tracer
 
-from pigbench.envs import control, kinematics, observation, reality, workspace
+from pigbench.envs import control, kinematics, observation, workspace
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
 from pigbench.envs.quiet import quiet
-from pigbench.envs.reality import Reality, World
+from pigbench.envs.reality import Reality, sensing
+from pigbench.envs.reality.sensing import World
 from pigbench.envs.rewards import REWARDS, Situation
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
@@ -165,22 +166,22 @@ class CubeEnv(Env):
         if self.reality is None:
             return World(physics_state, None)
         key = jax.random.fold_in(key, _REALITY)
-        return reality.begin(key, self.reality, self.scene, physics_state)
+        return sensing.begin(key, self.reality, self.scene, physics_state)
 
     @jax_defaults()
     def advance(self, world: World, action: jax.Array, active: jax.Array | bool = True) -> World:
         """One control step of a world; a world that is not active does not change."""
         if self.reality is None or world.senses is None:
             return World(self.simulate(world.physics, action, active), None)
-        senses, due = reality.act(world.senses, action)
+        senses, due = sensing.act(world.senses, action)
         physics_state = self.simulate(world.physics, due, active)
-        senses = reality.look(self.reality, self.scene, senses, physics_state)
+        senses = sensing.look(self.reality, self.scene, senses, physics_state)
         senses = jax.tree.map(lambda new, old: jnp.where(active, new, old), senses, world.senses)
         return World(physics_state, senses)
 
     def perceive(self, world: World) -> PhysicsState:
         """The simulation of a world as the policy perceives it."""
-        return reality.perceived(self.scene, world)
+        return sensing.perceived(self.scene, world)
 
     @jax_defaults()
     def simulate(

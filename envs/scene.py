@@ -21,6 +21,7 @@ from pigbench.errors import lookup
 
 CUBE_HALF_SIZE = 0.02
 CUBE_DENSITY = 1240.0
+MAX_CUBES = 16  # more would start on one another, and push each other off the table
 PHYSICS_STEP = 0.002
 CONTROL_STEP = 0.05
 SUBSTEPS = round(CONTROL_STEP / PHYSICS_STEP)
@@ -85,6 +86,7 @@ class Contact:
     friction: float
 
 
+_ROW = 8  # cubes side by side between the walls, where they are at home
 _TORSION, _ROLLING = 0.005, 0.0001
 _STIFF, _SOFT = (
     0.004,
@@ -134,7 +136,7 @@ class Scene:
 
     @cached_property
     def home_qpos(self) -> np.ndarray:
-        """The qpos (nq,) with the arm at home, the gripper open and the cubes in a row."""
+        """The qpos (nq,) with the arm at home, the gripper open and the cubes in rows."""
         qpos = self.model.qpos0.copy()
         qpos[self.arm] = robot.HOME
         return qpos
@@ -316,8 +318,9 @@ def _add_servo(
 
 def _add_cube(spec: mujoco.MjSpec, index: int, num_cubes: int) -> str:
     name = f"cube_{index}"
-    y = 0.05 * (2 * index - (num_cubes - 1))
-    body = spec.worldbody.add_body(name=name, pos=(0.3, y, CUBE_HALF_SIZE))
+    row, place = divmod(index, _ROW)
+    x, y = 0.3 + 0.1 * row, 0.05 * (2 * place - (min(num_cubes, _ROW) - 1))
+    body = spec.worldbody.add_body(name=name, pos=(x, y, CUBE_HALF_SIZE))
     body.add_freejoint(name=name)
     _add_box(body, name, (CUBE_HALF_SIZE,) * 3, density=CUBE_DENSITY)
     return name

@@ -36,7 +36,7 @@ class NoisyPolicy(Policy[NoisyState]):
     def reset(self, key: jax.Array, physics_state: PhysicsState) -> NoisyState:
         """Begin an episode."""
         stacking_key, noise_key, key = jax.random.split(key, 3)
-        stacking = targets.draw_stacking(stacking_key, self.scene.num_cubes)
+        stacking = self.draw_stacking(stacking_key)
         noise = jax.random.uniform(noise_key, maxval=MAX_NOISE)
         first = jnp.asarray(targets.FIRST_STACKING)
         return self._begin(key, physics_state, stacking, noise, next_stacking=first)

@@ -30,7 +30,7 @@ class PlayPolicy(Policy[PlayState]):
     def reset(self, key: jax.Array, physics_state: PhysicsState) -> PlayState:
         """Begin an episode."""
         stacking_key, key = jax.random.split(key)
-        stacking = targets.draw_stacking(stacking_key, self.scene.num_cubes)
+        stacking = self.draw_stacking(stacking_key)
         first = targets.FIRST_STACKING
         return self._begin(key, physics_state, stacking, next_stacking=jnp.asarray(first))
 

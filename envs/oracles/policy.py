@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
+from pigbench.envs.tasks import Spec
 
 Memory = TypeVar("Memory")
 
@@ -21,7 +22,8 @@ class Policy(abc.ABC, Generic[Memory]):
 
     episode_rows: ClassVar[int] = 0
 
-    def __init__(self, scene: Scene):
+    def __init__(self, spec: Spec, scene: Scene):
+        self.spec = spec
         self.scene = scene
 
     @abc.abstractmethod
@@ -43,3 +45,8 @@ class Policy(abc.ABC, Generic[Memory]):
     def finished(self, state: Memory) -> jax.Array:
         """Whether the episode ends before the next action, () bool; by default, never."""
         return jnp.zeros((), bool)
+
+    def draw_stacking(self, key: jax.Array) -> jax.Array:
+        """An episode's probability of putting a cube on another, ()."""
+        low, high = self.spec.stacking
+        return jax.random.uniform(key, minval=low, maxval=high)

@@ -8,9 +8,6 @@ from pigbench.envs import workspace
 from pigbench.envs.scene import CUBE_HALF_SIZE
 
 ON_TOP_DISTANCE = 0.02  # metres in x and y within which a higher cube lies on a lower one
-
-# Probability of stacking a cube on another, drawn uniformly from this range once per episode.
-STACKING = {1: (0.0, 0.0), 2: (0.0, 0.25), 3: (0.05, 0.35), 4: (0.1, 0.5), 8: (0.0, 0.35)}
 FIRST_STACKING = 0.5  # the probability for an episode's first target
 
 
@@ -28,12 +25,6 @@ def is_top(cubes: jax.Array) -> jax.Array:
     offset = cubes[None, :, :] - cubes[:, None, :]
     near = jnp.linalg.norm(offset[..., :2], axis=-1) < ON_TOP_DISTANCE
     return ~jnp.any(near & (offset[..., 2] > 0), axis=1)
-
-
-def draw_stacking(key: jax.Array, num_cubes: int) -> jax.Array:
-    """An episode's probability of stacking, ()."""
-    low, high = STACKING[num_cubes]
-    return jax.random.uniform(key, minval=low, maxval=high)
 
 
 def draw(key: jax.Array, cubes: jax.Array, stacking: jax.Array | float) -> Target:

@@ -5,7 +5,7 @@ calibration error and a frame's noise. If the cube is not found in a frame, the 
 stays; estimates are known only after a latency of some control steps.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -13,38 +13,9 @@ from flax import struct
 
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import PhysicsState
-from pigbench.envs.reality import delay
+from pigbench.envs.reality import PoseEstimate, delay
 from pigbench.envs.rotations import quat_product, yaw_quat
 from pigbench.envs.scene import Scene
-
-
-@dataclass(frozen=True)
-class PoseEstimate:
-    """The error of an estimated pose; if all fields are 0, the estimate is exact.
-
-    Attributes:
-        position_noise: metres, standard deviation of each coordinate in every frame.
-        yaw_noise: radians, likewise.
-        position_bias: metres, standard deviation of each coordinate's error that lasts an episode.
-        yaw_bias: radians, likewise.
-        misregistration: the probability that an episode's track of a cube starts at a wrong pose.
-        misregistration_bias: metres, replaces `position_bias` in that case.
-        dropout: the probability that a frame is lost.
-        occlusion_distance: metres from the pinch point within which the gripper covers a cube.
-        occluded_dropout: the probability that a frame of a covered cube is lost.
-        latency: control steps from a frame to its estimate.
-    """
-
-    position_noise: float = 0.0
-    yaw_noise: float = 0.0
-    position_bias: float = 0.0
-    yaw_bias: float = 0.0
-    misregistration: float = 0.0
-    misregistration_bias: float = 0.0
-    dropout: float = 0.0
-    occlusion_distance: float = 0.0
-    occluded_dropout: float = 0.0
-    latency: int = 0
 
 
 @struct.dataclass

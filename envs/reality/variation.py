@@ -1,23 +1,9 @@
 """Dynamics that vary between the episodes of a real robot: friction and mass."""
 
-from dataclasses import dataclass
-
 import jax
 
 from pigbench.envs.physics import Factors
-
-
-@dataclass(frozen=True)
-class Variation:
-    """How far an episode's dynamics may deviate from the model's; 0 means not at all.
-
-    Attributes:
-        friction: the largest relative change of the friction of all contacts.
-        mass: the largest relative change of the cubes' masses and inertias.
-    """
-
-    friction: float = 0.0
-    mass: float = 0.0
+from pigbench.envs.reality import Variation
 
 
 def draw(key: jax.Array, variation: Variation) -> Factors:

@@ -16,7 +16,7 @@ from pigbench.data.shard import DTYPES
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import Policy
 from pigbench.envs.physics import warn_of_overflow
-from pigbench.envs.reality import World
+from pigbench.envs.reality.sensing import World
 from pigbench.support import files
 from pigbench.support.progress import Progress
 

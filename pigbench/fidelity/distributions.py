@@ -122,7 +122,7 @@ def simulate(
     env: "envs.CubeEnv", policy_name: str, *, episodes: int, steps: int, seed: int
 ) -> list[Episode]:
     """Simulate episodes of the named policy in our simulation."""
-    policy: Policy[Any] = lookup("policy", POLICIES, policy_name)(env.scene)
+    policy: Policy[Any] = lookup("policy", POLICIES, policy_name)(env.spec, env.scene)
 
     def step(simulation: Simulation) -> tuple[Simulation, Episode]:
         before, target = simulation.world.physics, simulation.policy.target

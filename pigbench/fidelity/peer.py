@@ -13,7 +13,6 @@ import mujoco
 import numpy as np
 
 from pigbench.envs.oracles.noisy import MAX_NOISE, NOISE_SCALE
-from pigbench.envs.oracles.targets import STACKING
 from pigbench.errors import UserError, lookup
 
 NAME = "ogbench"
@@ -57,10 +56,13 @@ def oracle(env: Any, policy: str) -> Any:
     return getattr(require(module), name)(env=env)
 
 
-def episode(env: Any, policy: str, *, seed: int) -> Iterator[Step]:
-    """Steps of an endless episode. Draws from NumPy's global random stream, as the oracles do."""
+def episode(env: Any, policy: str, *, seed: int, stacking: tuple[float, float]) -> Iterator[Step]:
+    """Steps of an endless episode. Draws from NumPy's global random stream, as the oracles do.
+
+    The probability of putting a cube on another is drawn from the range `stacking`.
+    """
     draws = np.random.default_rng(seed)
-    stacking = draws.uniform(*STACKING[env._num_cubes])
+    p_stack = draws.uniform(*stacking)
     noise = draws.uniform(0, MAX_NOISE) * np.array(NOISE_SCALE) * (policy == "noisy")
     agent = oracle(env, policy)
     observation, info = env.reset(seed=seed)
@@ -75,7 +77,7 @@ def episode(env: Any, policy: str, *, seed: int) -> Iterator[Step]:
         observation, _, _, _, info = env.step(action)
         yield Step(before, action, info, agent.done)
         if agent.done:
-            observation, info = env.set_new_target(p_stack=stacking)
+            observation, info = env.set_new_target(p_stack=p_stack)
             agent.reset(observation, info)
 
 

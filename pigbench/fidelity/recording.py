@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pigbench import envs
 from pigbench.fidelity import peer
 from pigbench.fidelity.peer import Info, Step
 
@@ -44,11 +45,13 @@ def record(
 ) -> list[Recording]:
     """Record episodes of `steps` control steps; `report` is called with how many more are done."""
     env = peer.make(environment, mode="data_collection")
+    stacking = envs.SPECS[environment].stacking
     recordings = []
-    for number in range(episodes):
-        with peer.numpy_seed(seed + number):
+    for number in range(seed, seed + episodes):
+        with peer.numpy_seed(number):
             taken: list[Step] = []
-            for step in itertools.islice(peer.episode(env, policy, seed=seed + number), steps):
+            episode = peer.episode(env, policy, seed=number, stacking=stacking)
+            for step in itertools.islice(episode, steps):
                 taken.append(step)
                 if len(taken) % _REPORT_EVERY == 0:
                     report(_REPORT_EVERY)
