@@ -9,10 +9,12 @@ links are drawn as capsules.
 
 import colorsys
 import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
+import numpy as np
 
 from pigbench.envs import robot, scene
 
@@ -196,6 +198,8 @@ def _hide_boxes(spec: mujoco.MjSpec) -> None:
                 geom.group = HIDDEN
 
 
-def _add_shape(body: mujoco.MjsBody, kind: mujoco.mjtGeom, rgba, **shape) -> None:
+def _add_shape(
+    body: mujoco.MjsBody, kind: mujoco.mjtGeom, rgba: Sequence[float] | np.ndarray, **shape: Any
+) -> None:
     """Add a purely visual geom, which collides with nothing."""
     body.add_geom(type=kind, rgba=rgba, contype=0, conaffinity=0, group=SHOWN, mass=0, **shape)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.envs.reality import Reality
 from pigbench.envs.scene import CUBE_HALF_SIZE, MAX_CUBES
@@ -29,13 +30,13 @@ class Task:
     jitter: tuple[float, float] = (START_JITTER, START_JITTER)
 
     @property
-    def start_xyz(self) -> np.ndarray:
-        """Cube positions at the start, (num_cubes, 3) in metres."""
+    def start_xyz(self) -> Float[np.ndarray, "cube 3"]:
+        """Cube positions at the start, in metres."""
         return _positions(self.start)
 
     @property
-    def goal_xyz(self) -> np.ndarray:
-        """Cube positions at the goal, (num_cubes, 3) in metres."""
+    def goal_xyz(self) -> Float[np.ndarray, "cube 3"]:
+        """Cube positions at the goal, in metres."""
         return _positions(self.goal)
 
 
@@ -96,7 +97,7 @@ class Spec:
         )
 
 
-def _positions(places: tuple[Place, ...]) -> np.ndarray:
+def _positions(places: tuple[Place, ...]) -> Float[np.ndarray, "cube 3"]:
     levels = [place[2] if len(place) > 2 else 0 for place in places]
     heights = [CUBE_HALF_SIZE * (1 + 2 * level) for level in levels]
     return np.array([(*place[:2], z) for place, z in zip(places, heights, strict=True)])

@@ -10,6 +10,7 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 from flax import struct
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import PhysicsState
@@ -20,22 +21,15 @@ from pigbench.envs.scene import Scene
 
 @struct.dataclass
 class Track:
-    """The estimates of the cubes' poses, each a position 3 and a quaternion 4.
+    """The estimates of the cubes' poses, each a position 3 and a quaternion 4."""
 
-    Attributes:
-        bias: (num_cubes, 4) in metres and radians of yaw, fixed for the episode.
-        line: (latency, num_cubes, 7), estimates that are not known yet.
-        newest: (num_cubes, 7), the latest estimate made.
-        known: (num_cubes, 7), the latest estimate known.
-    """
-
-    bias: jax.Array
-    line: jax.Array
-    newest: jax.Array
-    known: jax.Array
+    bias: Float[Array, "cube 4"]  # metres and radians of yaw, fixed for the episode
+    line: Float[Array, "latency cube 7"]  # estimates that are not known yet
+    newest: Float[Array, "cube 7"]  # the latest estimate made
+    known: Float[Array, "cube 7"]  # the latest estimate known
 
 
-def begin(key: jax.Array, model: PoseEstimate, scene: Scene, physics: PhysicsState) -> Track:
+def begin(key: PRNGKeyArray, model: PoseEstimate, scene: Scene, physics: PhysicsState) -> Track:
     """The first estimate of an episode, known at once because the scene is at rest."""
     bias_key, wrong_key, noise_key = jax.random.split(key, 3)
     wrong = jax.random.uniform(wrong_key, (scene.num_cubes, 1)) < model.misregistration
@@ -47,7 +41,7 @@ def begin(key: jax.Array, model: PoseEstimate, scene: Scene, physics: PhysicsSta
 
 
 def advance(
-    key: jax.Array, model: PoseEstimate, scene: Scene, track: Track, physics: PhysicsState
+    key: PRNGKeyArray, model: PoseEstimate, scene: Scene, track: Track, physics: PhysicsState
 ) -> Track:
     """The estimates one control step later, with a new frame of the scene."""
     noise_key, loss_key = jax.random.split(key)
@@ -62,13 +56,18 @@ def advance(
     return replace(track, line=line, newest=newest, known=known)
 
 
-def _measure(key: jax.Array, model: PoseEstimate, bias: jax.Array, poses: jax.Array) -> jax.Array:
-    """The estimate (num_cubes, 7) of `poses` from one frame."""
+def _measure(
+    key: PRNGKeyArray,
+    model: PoseEstimate,
+    bias: Float[Array, "cube 4"],
+    poses: Float[Array, "cube 7"],
+) -> Float[Array, "cube 7"]:
+    """The estimate of `poses` from one frame."""
     scale = jnp.array([*[model.position_noise] * 3, model.yaw_noise])
     error = bias + scale * jax.random.normal(key, bias.shape)
     turned = quat_product(yaw_quat(error[:, 3]), poses[:, 3:])
     return jnp.concatenate([poses[:, :3] + error[:, :3], turned], axis=-1)
 
 
-def _poses(scene: Scene, physics: PhysicsState) -> jax.Array:
+def _poses(scene: Scene, physics: PhysicsState) -> Float[Array, "cube 7"]:
     return jnp.concatenate(cube_poses(scene, physics), axis=-1)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 from flax import struct
+from jaxtyping import Array, Float, Int, PRNGKeyArray, UInt32
 
 from pigbench.envs.control import ACTION_SIZE
 from pigbench.envs.physics import PhysicsState
@@ -16,10 +17,10 @@ from pigbench.envs.scene import Scene
 class Senses:
     """The state of an episode's imperfections."""
 
-    key: jax.Array  # as raw numbers, because Brax's wrappers and others expect such arrays
-    time: jax.Array  # () control steps, folded into the key for the next draws
+    key: UInt32[Array, "2"]  # raw numbers, because Brax's wrappers and others expect such arrays
+    time: Int[Array, ""]  # control steps, folded into the key for the next draws
     track: estimate.Track
-    actions: jax.Array  # (action_delay, 5), requested and not yet executed
+    actions: Float[Array, "delay action"]  # requested and not yet executed
 
 
 @struct.dataclass
@@ -30,7 +31,7 @@ class World:
     senses: Senses | None
 
 
-def begin(key: jax.Array, reality: Reality, scene: Scene, physics: PhysicsState) -> World:
+def begin(key: PRNGKeyArray, reality: Reality, scene: Scene, physics: PhysicsState) -> World:
     """The world at the start of an episode, from a simulation at rest."""
     factors_key, track_key, key = jax.random.split(key, 3)
     physics = replace(physics, factors=variation.draw(factors_key, reality.variation))
@@ -43,8 +44,8 @@ def begin(key: jax.Array, reality: Reality, scene: Scene, physics: PhysicsState)
     return World(physics, senses)
 
 
-def act(senses: Senses, action: jax.Array) -> tuple[Senses, jax.Array]:
-    """The senses after `action` (5,) is requested, and the action (5,) that is executed now."""
+def act(senses: Senses, action: Float[Array, "action"]) -> tuple[Senses, Float[Array, "action"]]:
+    """The senses after `action` is requested, and the action that is executed now."""
     actions, due = delay.push(senses.actions, action)
     return replace(senses, actions=actions), due
 

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float, Key, Shaped
 from scipy import stats
 
 from pigbench import envs, seeds
@@ -26,14 +27,17 @@ _LEVEL = 0.01  # metres by which a resting cube may be higher or lower than an e
 
 
 class Episode(NamedTuple):
-    """One episode of T control steps from either source: NumPy arrays, or JAX's in simulation."""
+    """One episode from either source: NumPy arrays, or JAX's in simulation."""
 
-    cubes: Any  # (T, cubes, 3) metres
-    pinch: Any  # (T, 3) metres
-    contact: Any  # (T,)
-    actions: Any  # (T, 5)
-    ended: Any  # (T,) bool: the sub-task ended with this step
-    success: Any  # (T,) bool: its cube is then at its target
+    cubes: Float[Array | np.ndarray, "time cube 3"]  # metres
+    pinch: Float[Array | np.ndarray, "time 3"]  # metres
+    contact: Float[Array | np.ndarray, "time"]
+    actions: Float[Array | np.ndarray, "time action"]
+    ended: Bool[Array | np.ndarray, "time"]  # the sub-task ended with this step
+    success: Bool[Array | np.ndarray, "time"]  # its cube is then at its target
+
+
+Values = Shaped[Array | np.ndarray, "value"]
 
 
 class Comparison(NamedTuple):
@@ -48,15 +52,15 @@ class Comparison(NamedTuple):
     p_value: float
 
 
-def _duration(episode: Episode) -> np.ndarray:
+def _duration(episode: Episode) -> Values:
     return np.diff(np.flatnonzero(episode.ended), prepend=-1)
 
 
-def _success(episode: Episode) -> np.ndarray:
+def _success(episode: Episode) -> Values:
     return episode.success[episode.ended]
 
 
-def _stacked(episode: Episode) -> np.ndarray:
+def _stacked(episode: Episode) -> Values:
     """Whether some cube rests on another, per control step."""
     offset = episode.cubes[:, :, None] - episode.cubes[:, None]
     near = np.linalg.norm(offset[..., :2], axis=-1) < ON_TOP_DISTANCE
@@ -64,7 +68,7 @@ def _stacked(episode: Episode) -> np.ndarray:
     return (near & on_top).any(axis=(1, 2))
 
 
-def _coverage(episode: Episode) -> np.ndarray:
+def _coverage(episode: Episode) -> Values:
     """The share of the workspace's cells that the pinch point visited."""
     low, high = np.array(workspace.PINCH.low), np.array(workspace.PINCH.high)
     shape = np.ceil((high - low) / _CELL).astype(int)
@@ -73,7 +77,7 @@ def _coverage(episode: Episode) -> np.ndarray:
     return np.array([len(visited) / shape.prod()])
 
 
-QUANTITIES: Mapping[str, Callable[[Episode], np.ndarray]] = {
+QUANTITIES: Mapping[str, Callable[[Episode], Values]] = {
     "height of the highest cube (m)": lambda episode: episode.cubes[..., 2].max(axis=-1),
     "a cube on another": _stacked,
     "gripper touches": lambda episode: episode.contact > TOUCH,
@@ -84,7 +88,7 @@ QUANTITIES: Mapping[str, Callable[[Episode], np.ndarray]] = {
     "size of the gripper's action": lambda episode: np.abs(episode.actions[:, 4]),
     "share of the workspace visited": _coverage,
 }
-"""Name -> the quantity's values in an episode, (values,)."""
+"""Name -> the quantity's values in an episode."""
 
 
 def compare(theirs: Sequence[Episode], ours: Sequence[Episode]) -> dict[str, Comparison]:
@@ -139,7 +143,7 @@ def simulate(
         )
 
     @jax.jit
-    def run(keys: jax.Array) -> Episode:
+    def run(keys: Key[Array, "episode"]) -> Episode:
         simulations = jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool)))(
             keys
         )

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.envs.oracles.noisy import MAX_NOISE, NOISE_SCALE
 from pigbench.errors import UserError, lookup
@@ -30,7 +31,7 @@ class Step(NamedTuple):
     """One control step of OGBench's generator, with its environment's info before and after."""
 
     before: Info
-    action: np.ndarray  # (5,) in [-1, 1]
+    action: Float[np.ndarray, "action"]  # in [-1, 1]
     after: Info
     ended: bool  # whether the sub-task ended with this step
 
@@ -81,8 +82,10 @@ def episode(env: Any, policy: str, *, seed: int, stacking: tuple[float, float]) 
             agent.reset(observation, info)
 
 
-def place(env: Any, qpos: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Set the scene at rest to qpos (nq,), and the cubes' targets to (num_cubes, 3) metres.
+def place(
+    env: Any, qpos: Float[np.ndarray, "nq"], targets: Float[np.ndarray, "cube 3"]
+) -> Float[np.ndarray, "observation"]:
+    """Set the scene at rest to `qpos`, and the cubes' targets, in metres.
 
     Returns the observation. The environment must have been reset once.
     """
