@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pigbench.envs.reality import REAL, Reality
 from pigbench.envs.scene import build
-from pigbench.envs.tasks import TASKS, Spec, Task
+from pigbench.envs.tasks import TASKS, EnvSpec, Task
 from pigbench.errors import UserError, lookup
 from pigbench.names import check
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from pigbench.envs.environment import CubeEnv, State
 
 _ALL = (
-    Spec("cube-single", 1, 200, TASKS["cube-single"], stacking=(0.0, 0.0)),
-    Spec("cube-double", 2, 500, TASKS["cube-double"], stacking=(0.0, 0.25)),
-    Spec("cube-triple", 3, 1000, TASKS["cube-triple"], stacking=(0.05, 0.35)),
-    Spec("cube-quadruple", 4, 1000, TASKS["cube-quadruple"], stacking=(0.1, 0.5)),
-    Spec("cube-octuple", 8, 1500, TASKS["cube-octuple"], stacking=(0.0, 0.35)),
-    Spec(
+    EnvSpec("cube-single", 1, 200, TASKS["cube-single"], stacking=(0.0, 0.0)),
+    EnvSpec("cube-double", 2, 500, TASKS["cube-double"], stacking=(0.0, 0.25)),
+    EnvSpec("cube-triple", 3, 1000, TASKS["cube-triple"], stacking=(0.05, 0.35)),
+    EnvSpec("cube-quadruple", 4, 1000, TASKS["cube-quadruple"], stacking=(0.1, 0.5)),
+    EnvSpec("cube-octuple", 8, 1500, TASKS["cube-octuple"], stacking=(0.0, 0.35)),
+    EnvSpec(
         "cube-centre",
         1,
         200,
@@ -41,7 +41,7 @@ _ALL = (
 SPECS = {spec.name: spec for spec in _ALL}
 
 
-def register(spec: Spec) -> None:
+def register(spec: EnvSpec) -> None:
     """Register an environment under its name; `UserError` if the name is taken or invalid."""
     check("an environment", spec.name)
     if spec.name in SPECS:
@@ -93,7 +93,7 @@ def __getattr__(name: str) -> Any:
 __all__ = [
     "SPECS",
     "CubeEnv",
-    "Spec",
+    "EnvSpec",
     "State",
     "Task",
     "default_engine",

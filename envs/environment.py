@@ -16,7 +16,7 @@ from pigbench.envs.reality.sensing import World
 from pigbench.envs.rewards import REWARDS, Situation
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
-from pigbench.envs.tasks import START_JITTER, Spec
+from pigbench.envs.tasks import START_JITTER, EnvSpec
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Space
 from pigbench.settings import jax_defaults
@@ -48,7 +48,7 @@ class CubeEnv(Env):
 
     def __init__(
         self,
-        spec: Spec,
+        spec: EnvSpec,
         physics: Physics,
         reality: Reality | None = None,
         reward: str = "sparse",

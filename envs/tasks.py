@@ -41,7 +41,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Spec:
+class EnvSpec:
     """All that distinguishes an environment from others with the same robot and table.
 
     Raises UserError if its parts do not fit together.

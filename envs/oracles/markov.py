@@ -31,7 +31,7 @@ OPEN, SHUT = -1.0, 1.0
 
 
 @struct.dataclass
-class Situation:
+class OracleInputs:
     """The inputs of the oracle, in metres and radians, and contact in [0, 1]."""
 
     effector_pos: Float[Array, "3"]
@@ -58,7 +58,7 @@ class Phase(NamedTuple):
     grip: float
 
 
-def action(situation: Situation, target: Target, final: Pose) -> Float[Array, "action"]:
+def action(situation: OracleInputs, target: Target, final: Pose) -> Float[Array, "action"]:
     """The action in [-1, 1] that brings the cube towards `target`, then the arm to `final`.
 
     The gripper always opens or closes at full speed.
@@ -73,14 +73,14 @@ def action(situation: Situation, target: Target, final: Pose) -> Float[Array, "a
     return jnp.clip(move, -1.0, 1.0)
 
 
-def done(situation: Situation, target: Target, final: Pose) -> Bool[Array, ""]:
+def done(situation: OracleInputs, target: Target, final: Pose) -> Bool[Array, ""]:
     """Whether the cube is at its target and the arm is at its final pose."""
     return _near(situation.cube_pos, target.pos, REACHED) & _near(
         situation.effector_pos, final.pos, HOME
     )
 
 
-def _phases(situation: Situation, target: Target, final: Pose) -> tuple[Phase, ...]:
+def _phases(situation: OracleInputs, target: Target, final: Pose) -> tuple[Phase, ...]:
     hand, cube, goal = situation.effector_pos, situation.cube_pos, target.pos
     placed = _near(cube, goal, REACHED)
     over_cube = _near(hand[:2], cube[:2], OVER)

@@ -11,7 +11,7 @@ from pigbench.envs import workspace
 from pigbench.envs.control import ACTION_SIZE
 from pigbench.envs.observation import cube_poses, gripper_contact
 from pigbench.envs.oracles import markov, targets
-from pigbench.envs.oracles.policy import Policy
+from pigbench.envs.oracles.policy import ScriptedPolicy
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
 
@@ -31,7 +31,7 @@ class NoisyState:
     done: Bool[Array, ""]  # whether the cube and the arm are where they should be
 
 
-class NoisyPolicy(Policy[NoisyState]):
+class NoisyPolicy(ScriptedPolicy[NoisyState]):
     """Moves cubes to one target after another."""
 
     def reset(self, key: PRNGKeyArray, physics_state: PhysicsState) -> NoisyState:
@@ -84,9 +84,9 @@ class NoisyPolicy(Policy[NoisyState]):
         done = markov.done(self._look(physics_state, target), target, final)
         return NoisyState(stacking, noise, target, final, jnp.zeros((), jnp.int32), done)
 
-    def _look(self, physics_state: PhysicsState, target: targets.Target) -> markov.Situation:
+    def _look(self, physics_state: PhysicsState, target: targets.Target) -> markov.OracleInputs:
         positions, quats = cube_poses(self.scene, physics_state)
-        return markov.Situation(
+        return markov.OracleInputs(
             effector_pos=physics_state.pinch_pos,
             effector_yaw=physics_state.pinch_yaw,
             contact=gripper_contact(physics_state),

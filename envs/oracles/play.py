@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from pigbench.envs import control
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import plan, targets
-from pigbench.envs.oracles.policy import Policy
+from pigbench.envs.oracles.policy import ScriptedPolicy
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
 
@@ -25,7 +25,7 @@ class PlayState:
     time: Int[Array, ""]  # control steps since the plan began
 
 
-class PlayPolicy(Policy[PlayState]):
+class PlayPolicy(ScriptedPolicy[PlayState]):
     """Follows one plan after another."""
 
     def reset(self, key: PRNGKeyArray, physics_state: PhysicsState) -> PlayState:

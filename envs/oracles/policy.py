@@ -9,12 +9,12 @@ from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
-from pigbench.envs.tasks import Spec
+from pigbench.envs.tasks import EnvSpec
 
 Memory = TypeVar("Memory")
 
 
-class Policy(abc.ABC, Generic[Memory]):
+class ScriptedPolicy(abc.ABC, Generic[Memory]):
     """A policy whose memory is a pytree. All methods may be vmapped.
 
     Attributes:
@@ -23,7 +23,7 @@ class Policy(abc.ABC, Generic[Memory]):
 
     episode_rows: ClassVar[int] = 0
 
-    def __init__(self, spec: Spec, scene: Scene):
+    def __init__(self, spec: EnvSpec, scene: Scene):
         self.spec = spec
         self.scene = scene
 

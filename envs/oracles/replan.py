@@ -22,7 +22,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from pigbench.envs import control, workspace
 from pigbench.envs.observation import cube_poses, gripper_contact
-from pigbench.envs.oracles.policy import Policy
+from pigbench.envs.oracles.policy import ScriptedPolicy
 from pigbench.envs.oracles.targets import Target
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import nearest_symmetry, quat_yaw
@@ -87,7 +87,7 @@ class ReplanState:
     action: Float[Array, "action"]  # the next action
 
 
-class ReplanPolicy(Policy[ReplanState]):
+class ReplanPolicy(ScriptedPolicy[ReplanState]):
     """Moves the cube to the centre and then away."""
 
     episode_rows: ClassVar[int] = TRIPS * MAX_STEPS + 1

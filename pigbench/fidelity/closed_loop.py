@@ -22,7 +22,7 @@ class Successes(NamedTuple):
     theirs: Bool[np.ndarray, "task episode"]
 
 
-class Comparison(NamedTuple):
+class PairCounts(NamedTuple):
     """Counts of pairs by outcome, and the probability of so uneven a split by chance alone."""
 
     both: int
@@ -67,12 +67,12 @@ def simulate(
     return Successes(ours, theirs.reshape(ours.shape))
 
 
-def compare(successes: Successes) -> Comparison:
+def compare(successes: Successes) -> PairCounts:
     """The counts and the p-value of McNemar's exact test."""
     ours, theirs = successes
     only_ours, only_theirs = int((ours & ~theirs).sum()), int((theirs & ~ours).sum())
     unlike = only_ours + only_theirs
-    return Comparison(
+    return PairCounts(
         both=int((ours & theirs).sum()),
         only_ours=only_ours,
         only_theirs=only_theirs,

@@ -14,7 +14,7 @@ from pigbench.fidelity.peer import Info, Step
 _REPORT_EVERY = 100  # control steps
 
 
-class Recording(NamedTuple):
+class PeerRecording(NamedTuple):
     """One episode of control steps, with the states before each step and the last one.
 
     `contact` is the gripper's contact number and `opening` its opening, both in [0, 1].
@@ -43,7 +43,7 @@ def record(
     steps: int,
     seed: int,
     report: Callable[[int], object] = lambda _: None,
-) -> list[Recording]:
+) -> list[PeerRecording]:
     """Record episodes of `steps` control steps; `report` is called with how many more are done."""
     env = peer.make(environment, mode="data_collection")
     stacking = envs.SPECS[environment].stacking
@@ -61,14 +61,14 @@ def record(
     return recordings
 
 
-def _as_arrays(steps: Sequence[Step]) -> Recording:
+def _as_arrays(steps: Sequence[Step]) -> PeerRecording:
     before = [step.before for step in steps]
     states = [*before, steps[-1].after]
 
     def column(infos: Sequence[Info], name: str) -> Shaped[np.ndarray, "row *value"]:
         return np.array([np.squeeze(info[name]) for info in infos])
 
-    return Recording(
+    return PeerRecording(
         qpos=column(states, "qpos"),
         qvel=column(states, "qvel"),
         warmstart=column(before, "warmstart"),

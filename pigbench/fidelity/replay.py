@@ -20,7 +20,7 @@ from pigbench.envs.observation import (
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import CUBE_HALF_SIZE, Scene
 from pigbench.envs.tasks import SUCCESS_DISTANCE
-from pigbench.fidelity.recording import Recording
+from pigbench.fidelity.recording import PeerRecording
 
 WINDOW = 50  # control steps
 TOUCH = 0.01  # contact above which the gripper touches something
@@ -28,7 +28,7 @@ LIFTED = 2 * CUBE_HALF_SIZE  # metres above the table beyond which a cube's cent
 SITUATIONS = FREE, TOUCHING, CARRYING = "free", "touching", "carrying"
 
 
-class Motion(NamedTuple):
+class SceneMotion(NamedTuple):
     """The compared quantities of simulations after each control step."""
 
     pinch_pos: Float[np.ndarray, "time simulation 3"]  # metres
@@ -64,7 +64,7 @@ class Outcomes(NamedTuple):
     placed_here: Bool[np.ndarray, "subtask"]
 
 
-def windows(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Windows:
+def windows(env: "envs.CubeEnv", recordings: Sequence[PeerRecording]) -> Windows:
     """Replay consecutive, disjoint windows of all recordings."""
     places = [
         (recording, begin)
@@ -76,7 +76,7 @@ def windows(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Windows:
     return Windows(_situations(theirs), _errors(ours, theirs))
 
 
-def outcomes(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Outcomes:
+def outcomes(env: "envs.CubeEnv", recordings: Sequence[PeerRecording]) -> Outcomes:
     """Replay whole sub-tasks; those cut off by an episode's end are left out."""
     places, lengths = [], []
     for recording in recordings:
@@ -90,11 +90,11 @@ def outcomes(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Outcomes:
     return Outcomes(*there, *here)
 
 
-Places = Sequence[tuple[Recording, int]]
+Places = Sequence[tuple[PeerRecording, int]]
 """Recordings and the rows from which they are replayed."""
 
 
-def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
+def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> SceneMotion:
     """Simulate here from the recorded states, with the recorded actions."""
     blank = jax.device_get(jax.jit(env.physics.init)(jnp.asarray(env.scene.home_qpos)))
     starts = [_start(blank, recording, row) for recording, row in places]
@@ -113,7 +113,7 @@ def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
 
     trajectory = run(states, actions.astype(np.float32))
     position, quat = jax.vmap(jax.vmap(partial(cube_poses, env.scene)))(trajectory)
-    return Motion(
+    return SceneMotion(
         pinch_pos=np.asarray(trajectory.pinch_pos),
         opening=np.asarray(jax.vmap(jax.vmap(partial(gripper_opening, env.scene)))(trajectory)),
         contact=np.asarray(gripper_contact(trajectory)),
@@ -122,7 +122,7 @@ def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
     )
 
 
-def _start(blank: PhysicsState, recording: Recording, row: int) -> PhysicsState:
+def _start(blank: PhysicsState, recording: PeerRecording, row: int) -> PhysicsState:
     """The recorded state, with what a control step passes on to the next."""
     return replace(
         blank,
@@ -135,13 +135,13 @@ def _start(blank: PhysicsState, recording: Recording, row: int) -> PhysicsState:
     )
 
 
-def _recorded(scene: Scene, places: Places, steps: int) -> Motion:
+def _recorded(scene: Scene, places: Places, steps: int) -> SceneMotion:
     def column(name: str) -> Shaped[np.ndarray, "time simulation *value"]:
         return np.stack([_stretch(getattr(r, name)[1:], row, steps) for r, row in places], axis=1)
 
     poses = column("qpos")[..., scene.cubes_qpos]
     poses = poses.reshape(*poses.shape[:2], scene.num_cubes, 7)
-    return Motion(
+    return SceneMotion(
         pinch_pos=column("pinch_pos"),
         opening=column("opening"),
         contact=column("contact"),
@@ -157,7 +157,7 @@ def _stretch(
     return rows[np.minimum(np.arange(begin, begin + steps), len(rows) - 1)]
 
 
-def _errors(ours: Motion, theirs: Motion) -> Errors:
+def _errors(ours: SceneMotion, theirs: SceneMotion) -> Errors:
     def distance(name: str) -> Float[np.ndarray, "*axes"]:
         return np.linalg.norm(getattr(ours, name) - getattr(theirs, name), axis=-1)
 
@@ -172,7 +172,7 @@ def _errors(ours: Motion, theirs: Motion) -> Errors:
     )
 
 
-def _situations(motion: Motion) -> Shaped[np.ndarray, "time simulation"]:
+def _situations(motion: SceneMotion) -> Shaped[np.ndarray, "time simulation"]:
     touching = motion.contact > TOUCH
     carrying = touching & (motion.cube_pos[..., 2] > LIFTED).any(axis=-1)
     so_far = [np.logical_or.accumulate(flags) for flags in (carrying, touching)]
@@ -180,7 +180,7 @@ def _situations(motion: Motion) -> Shaped[np.ndarray, "time simulation"]:
 
 
 def _outcome(
-    motion: Motion, places: Places, lengths: Int[np.ndarray, "subtask"]
+    motion: SceneMotion, places: Places, lengths: Int[np.ndarray, "subtask"]
 ) -> tuple[Bool[np.ndarray, "subtask"], Bool[np.ndarray, "subtask"]]:
     """Whether the sub-task's cube was ever grasped, and whether it ended at its target."""
     number = np.arange(len(places))

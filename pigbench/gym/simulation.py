@@ -24,7 +24,7 @@ Picture = UInt8[np.ndarray, "height width 3"]
 METADATA = {"render_modes": [RENDER_MODE], "render_fps": round(1 / CONTROL_STEP)}
 
 
-class Simulation:
+class CompiledEnv:
     """An environment's compiled functions and its spaces.
 
     `goals` is the representation of goals: the whole state ("state") or the cubes' positions

@@ -11,8 +11,8 @@ from pigbench.envs import State
 from pigbench.gym.simulation import (
     METADATA,
     RESET_OPTIONS,
+    CompiledEnv,
     Picture,
-    Simulation,
     known_options,
     observations,
 )
@@ -24,13 +24,13 @@ class SingleEnv(gymnasium.Env):
     `reset` takes the options `task_id`, from 1 to the number of tasks and drawn by default, and
     `render_goal`; its `info` has "goal", and "goal_rendered" if requested. `step` rewards success
     with 1, which ends the episode; a diverging simulation truncates it. `task_infos` lists the
-    tasks. The constructor's options are those of `Simulation`.
+    tasks. The constructor's options are those of `CompiledEnv`.
     """
 
     metadata = METADATA
 
     def __init__(self, name: str, *, render_mode: str | None = None, **options: Any) -> None:
-        self._simulation = Simulation(name, render_mode=render_mode, **options)
+        self._simulation = CompiledEnv(name, render_mode=render_mode, **options)
         self.task_infos = self._simulation.task_infos
         self.num_tasks = len(self.task_infos)
         self.observation_space = self._simulation.observation_space

@@ -16,8 +16,8 @@ from pigbench.errors import UserError
 from pigbench.gym.simulation import (
     METADATA,
     RESET_OPTIONS,
+    CompiledEnv,
     Picture,
-    Simulation,
     known_options,
     observations,
 )
@@ -54,7 +54,7 @@ class BatchEnv(VectorEnv):
                 f"max_episode_steps is {max_episode_steps}: it must be at least 1, or {_NEVER} for "
                 "no limit"
             )
-        self._simulation = Simulation(name, render_mode=render_mode, **options)
+        self._simulation = CompiledEnv(name, render_mode=render_mode, **options)
         self.task_infos = self._simulation.task_infos
         self.num_tasks = len(self.task_infos)
         self.num_envs = num_envs

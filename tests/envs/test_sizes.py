@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pigbench.envs import CubeEnv, Spec, Task
+from pigbench.envs import CubeEnv, EnvSpec, Task
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics import MujocoPhysics
@@ -18,11 +18,11 @@ from pigbench.errors import UserError
 COLUMNS = 4
 
 
-def spec(num_cubes: int) -> Spec:
+def spec(num_cubes: int) -> EnvSpec:
     """From a grid, 10 cm apart, to the same grid 1 cm away."""
     start = tuple((0.3 + 0.07 * (i // COLUMNS), 0.1 * (i % COLUMNS)) for i in range(num_cubes))
     goal = tuple((x + 0.01, y) for x, y in start)
-    return Spec(f"cube-{num_cubes}", num_cubes, 100, (Task("shift", start, goal),))
+    return EnvSpec(f"cube-{num_cubes}", num_cubes, 100, (Task("shift", start, goal),))
 
 
 def make(scene, num_cubes: int) -> CubeEnv:

@@ -18,7 +18,7 @@ from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.environment import CubeEnv
 from pigbench.envs.observation import cube_poses
-from pigbench.envs.oracles import PlayPolicy, Policy
+from pigbench.envs.oracles import PlayPolicy, ScriptedPolicy
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import build
 from pigbench.envs.units import metres
@@ -52,7 +52,7 @@ def digests(folder: Path) -> dict[str, str]:
     }
 
 
-def generate(folder: Path, env: CubeEnv, policy: Policy, **changes) -> Path:
+def generate(folder: Path, env: CubeEnv, policy: ScriptedPolicy, **changes) -> Path:
     settings = spec(env, **changes)
     source = collect.here(env, policy, settings)
     collect.write_missing(env, policy, settings, Writer(folder, settings), source)
