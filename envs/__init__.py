@@ -2,43 +2,46 @@
 
 Brax, and the MJX that comes with it, take seconds to import, so they are imported only when an
 environment is made, not to list environments.
+
+Arrays have their axes in their types, as in `Float[Array, "cube 3"]`. `cube` counts the cubes and
+`joint` the arm's six joints; `action` and `observation` are the lengths of those; `nq`, `nv` and
+`nu` are MuJoCo's lengths of positions, velocities and controls; and `*batch` is any leading axes.
+Functions without leading axes are for one simulation: vmap them. Fields of a dataclass that is a
+pytree have their axes in one simulation.
 """
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from pigbench.envs.reality import REAL, Reality
 from pigbench.envs.scene import build
-from pigbench.envs.tasks import TASKS, Spec, Task
+from pigbench.envs.tasks import TASKS, EnvSpec, Task
 from pigbench.errors import UserError, lookup
 from pigbench.names import check
 
 if TYPE_CHECKING:
     from pigbench.envs.environment import CubeEnv, State
-    from pigbench.envs.reality import Reality
 
-_SIZES = {
-    "cube-single": (1, 200),
-    "cube-double": (2, 500),
-    "cube-triple": (3, 1000),
-    "cube-quadruple": (4, 1000),
-    "cube-octuple": (8, 1500),
-}
-SPECS = {
-    name: Spec(name, num_cubes, episode_length, TASKS[name])
-    for name, (num_cubes, episode_length) in _SIZES.items()
-}
-SPECS["cube-centre"] = replace(
-    SPECS["cube-single"],
-    name="cube-centre",
-    tasks=TASKS["cube-centre"],
-    success_distance=0.03,  # the smallest of the paper's three, since success ends an episode
-    unobserved=frozenset({"effector_pos"}),  # not among the observations that the paper lists
-    real=True,
-    policy="replan",
+_ALL = (
+    EnvSpec("cube-single", 1, 200, TASKS["cube-single"], stacking=(0.0, 0.0)),
+    EnvSpec("cube-double", 2, 500, TASKS["cube-double"], stacking=(0.0, 0.25)),
+    EnvSpec("cube-triple", 3, 1000, TASKS["cube-triple"], stacking=(0.05, 0.35)),
+    EnvSpec("cube-quadruple", 4, 1000, TASKS["cube-quadruple"], stacking=(0.1, 0.5)),
+    EnvSpec("cube-octuple", 8, 1500, TASKS["cube-octuple"], stacking=(0.0, 0.35)),
+    EnvSpec(
+        "cube-centre",
+        1,
+        200,
+        TASKS["cube-centre"],
+        success_distance=0.03,  # the smallest of the paper's three, since success ends an episode
+        unobserved=frozenset({"effector_pos"}),  # not among the observations that the paper lists
+        reality=REAL,
+        policy="replan",
+    ),
 )
+SPECS = {spec.name: spec for spec in _ALL}
 
 
-def register(spec: Spec) -> None:
+def register(spec: EnvSpec) -> None:
     """Register an environment under its name; `UserError` if the name is taken or invalid."""
     check("an environment", spec.name)
     if spec.name in SPECS:
@@ -62,23 +65,21 @@ def make(
     name: str,
     engine: str | None = None,
     profile: str = "exact",
-    reality: "Reality | None" = None,
+    reality: Reality | None = None,
     reward: str = "sparse",
 ) -> "CubeEnv":
     """The environment called `name`; `UserError` if there is none.
 
     `engine` is a key of `physics.ENGINES`, by default the one for JAX's device. `reality` holds the
-    imperfections of sensing and acting; the default is `REAL` for a real robot's environment, else
-    none. `reward` is a key of `rewards.REWARDS`, by default the benchmark's.
+    imperfections of sensing and acting, by default the environment's own; `Reality()` has none.
+    `reward` is a key of `rewards.REWARDS`, by default the benchmark's.
     """
     from pigbench.envs import environment, physics
-    from pigbench.envs.reality import REAL
 
     spec = lookup("environment", SPECS, name)
     scene = build(spec.num_cubes, profile)
-    reality = REAL if reality is None and spec.real else reality
     simulated = physics.make(engine or default_engine(), scene)
-    return environment.CubeEnv(spec, simulated, reality, reward)
+    return environment.CubeEnv(spec, simulated, reality or spec.reality, reward)
 
 
 def __getattr__(name: str) -> Any:
@@ -92,7 +93,7 @@ def __getattr__(name: str) -> Any:
 __all__ = [
     "SPECS",
     "CubeEnv",
-    "Spec",
+    "EnvSpec",
     "State",
     "Task",
     "default_engine",

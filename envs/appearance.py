@@ -7,11 +7,14 @@ links are drawn as capsules.
 # mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
+import colorsys
 import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
+import numpy as np
 
 from pigbench.envs import robot, scene
 
@@ -26,6 +29,7 @@ CUBE_COLORS = (
     (0.82, 0.28, 0.61),
     (0.5, 0.5, 0.5),
 )
+_GOLDEN_RATIO = (5**0.5 - 1) / 2  # multiples of it, modulo 1, keep apart
 GOAL_OPACITY = 0.2
 CAPSULE_COLOR = (0.6, 0.72, 0.94)
 FLOOR_COLORS = (0.08, 0.11, 0.16), (0.15, 0.18, 0.25)
@@ -136,8 +140,15 @@ def _color_floor(spec: mujoco.MjSpec) -> None:
     spec.geom("floor").material = "floor"
 
 
+def cube_color(index: int) -> tuple[float, float, float]:
+    """The colour of a cube: OGBench's, and then hues that are far from each other."""
+    if index < len(CUBE_COLORS):
+        return CUBE_COLORS[index]
+    return colorsys.hsv_to_rgb(index * _GOLDEN_RATIO % 1, 0.5, 0.7)
+
+
 def _color_cube(spec: mujoco.MjSpec, index: int) -> None:
-    color = CUBE_COLORS[index]
+    color = cube_color(index)
     spec.geom(f"cube_{index}").rgba = (*color, 1.0)
     goal = spec.worldbody.add_body(name=f"goal_{index}", mocap=True, pos=NOWHERE)
     _add_shape(
@@ -187,6 +198,8 @@ def _hide_boxes(spec: mujoco.MjSpec) -> None:
                 geom.group = HIDDEN
 
 
-def _add_shape(body: mujoco.MjsBody, kind: mujoco.mjtGeom, rgba, **shape) -> None:
+def _add_shape(
+    body: mujoco.MjsBody, kind: mujoco.mjtGeom, rgba: Sequence[float] | np.ndarray, **shape: Any
+) -> None:
     """Add a purely visual geom, which collides with nothing."""
     body.add_geom(type=kind, rgba=rgba, contype=0, conaffinity=0, group=SHOWN, mass=0, **shape)

@@ -3,8 +3,8 @@
 As in OGBench, actions are not clipped, so larger values move further; the target pose is clipped.
 """
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from pigbench.envs import robot, servo, workspace
 from pigbench.envs.observation import gripper_opening
@@ -16,19 +16,23 @@ ACTION_SCALE = (0.05, 0.05, 0.05, 0.3, 1.0)
 ACTION_SIZE = len(ACTION_SCALE)
 
 
-def effector(scene: Scene, state: PhysicsState) -> jax.Array:
-    """The quantities that an action moves, (5,): pinch position, pinch yaw, gripper opening."""
+def effector(scene: Scene, state: PhysicsState) -> Float[Array, "action"]:
+    """The quantities that an action moves: pinch position, pinch yaw, gripper opening."""
     rest = jnp.stack([state.pinch_yaw, gripper_opening(scene, state)])
     return jnp.concatenate([state.pinch_pos, rest])
 
 
-def action_towards(scene: Scene, state: PhysicsState, target: jax.Array) -> jax.Array:
-    """The action that moves the effector towards `target` (5,), as far as one step goes."""
+def action_towards(
+    scene: Scene, state: PhysicsState, target: Float[Array, "action"]
+) -> Float[Array, "action"]:
+    """The action that moves the effector towards `target`, as far as one step goes."""
     return jnp.clip((target - effector(scene, state)) / jnp.array(ACTION_SCALE), -1.0, 1.0)
 
 
-def servo_targets(scene: Scene, state: PhysicsState, action: jax.Array) -> jax.Array:
-    """The controls (7,) that execute an action (5,): arm joint angles and gripper control.
+def servo_targets(
+    scene: Scene, state: PhysicsState, action: Float[Array, "action"]
+) -> Float[Array, "nu"]:
+    """The controls that execute an action: arm joint angles and gripper control.
 
     The target is the current pinch pose plus the move, clipped to the workspace.
     """

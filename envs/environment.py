@@ -5,16 +5,18 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 from jax.core import Tracer
+from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
-from pigbench.envs import control, kinematics, observation, reality, workspace
+from pigbench.envs import control, kinematics, observation, workspace
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
 from pigbench.envs.quiet import quiet
-from pigbench.envs.reality import Reality, World
+from pigbench.envs.reality import Reality, sensing
+from pigbench.envs.reality.sensing import World
 from pigbench.envs.rewards import REWARDS, Situation
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.scene import CUBE_HALF_SIZE
-from pigbench.envs.tasks import START_JITTER, Spec
+from pigbench.envs.tasks import START_JITTER, EnvSpec
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Space
 from pigbench.settings import jax_defaults
@@ -28,22 +30,25 @@ _REALITY = 1000  # folded into an episode's key, for the draws of its `reality`
 NO_TASK = -1  # replaces an invalid task id that is traced, so that it cannot be refused
 
 
+TaskId = Int[ArrayLike, ""]
+
+
 class CubeEnv(Env):
     """A UR5e that rearranges cubes.
 
-    `layout` describes the observation, and `envs.control` the action, (5,) in [-1, 1]. The reward
+    `layout` describes the observation, and `envs.control` the action, in [-1, 1]. The reward
     is 1 on success, else 0, or another of `envs.rewards`. An episode is done when every cube is
     within the spec's `success_distance` of its target, or when the simulation has diverged; time
     limits are left to a wrapper (`episode_length` is OGBench's).
 
-    `state.info` has goal (the goal's observation), target (num_cubes, 3), task (an id from 1,
-    USER_TASK or NO_TASK), success and diverged (bool), and senses (the state of `reality`; None
+    `state.info` has goal (the goal's observation), target (the cubes' positions), task (an id from
+    1, USER_TASK or NO_TASK), success and diverged (bool), and senses (the state of `reality`; None
     without one). All methods are for a single environment: vmap them.
     """
 
     def __init__(
         self,
-        spec: Spec,
+        spec: EnvSpec,
         physics: Physics,
         reality: Reality | None = None,
         reward: str = "sparse",
@@ -89,19 +94,19 @@ class CubeEnv(Env):
         """The number of control steps after which an evaluation episode has failed."""
         return self.spec.episode_length
 
-    def check_task(self, task: jax.Array | int) -> None:
+    def check_task(self, task: TaskId) -> None:
         """Raise `UserError` if there is no task with that id."""
         if not 1 <= task <= self.num_tasks:
             raise UserError(f"task is {task}: {self.spec.name} has tasks 1 to {self.num_tasks}")
 
     @jax_defaults()
-    def reset(self, rng: jax.Array) -> State:
+    def reset(self, rng: PRNGKeyArray) -> State:
         """Start a task drawn at random."""
         task_key, key = jax.random.split(rng)
         return self.reset_task(key, jax.random.randint(task_key, (), 1, self.num_tasks + 1))
 
     @jax_defaults()
-    def reset_task(self, key: jax.Array, task: jax.Array | int) -> State:
+    def reset_task(self, key: PRNGKeyArray, task: TaskId) -> State:
         """Start the task with that id, with the cubes permuted and their starts shifted at random.
 
         Raises `UserError` if there is no such id. A traced id cannot be refused: the nearest task
@@ -120,18 +125,18 @@ class CubeEnv(Env):
     @jax_defaults()
     def reset_to(
         self,
-        key: jax.Array,
-        start: jax.Array,
-        goal: jax.Array,
+        key: PRNGKeyArray,
+        start: Float[ArrayLike, "cube 3"],
+        goal: Float[ArrayLike, "cube 3"],
         *,
-        yaw: jax.Array | None = None,
-        jitter: jax.Array | float = START_JITTER,
+        yaw: Float[ArrayLike, "cube"] | None = None,
+        jitter: Float[ArrayLike, "2"] | float = START_JITTER,
     ) -> State:
-        """Start with the cubes near `start` and their targets at `goal`, (num_cubes, 3) in metres.
+        """Start with the cubes near `start` and their targets at `goal`, in metres.
 
         As in OGBench, the goal's observation is that of the goal scene after two random steps, with
-        the arm in a random pose. Start positions are shifted in x and y by up to `jitter` metres, a
-        scalar or (2,). Cubes start at `yaw` (num_cubes,), radians, random by default.
+        the arm in a random pose. Start positions are shifted in x and y by up to `jitter` metres.
+        Cubes start at `yaw`, radians, random by default.
         """
         goal_key, arm_key, jitter_key, yaw_key = jax.random.split(key, 4)
         start, goal = jnp.asarray(start, jnp.float32), jnp.asarray(goal, jnp.float32)
@@ -144,7 +149,7 @@ class CubeEnv(Env):
         return self._first(world, self.observe(goal_state), goal)
 
     @jax_defaults()
-    def random_scene(self, key: jax.Array) -> PhysicsState:
+    def random_scene(self, key: PRNGKeyArray) -> PhysicsState:
         """A scene without a task, for data collection: cubes at random places on the table."""
         arm_key, cube_key, yaw_key = jax.random.split(key, 3)
         xy = workspace.CUBE.sample(cube_key, (self.spec.num_cubes,))
@@ -153,49 +158,58 @@ class CubeEnv(Env):
         return self._place(arm_key, jnp.concatenate([xy, height], axis=-1), yaw)
 
     @jax_defaults()
-    def step(self, state: State, action: jax.Array) -> State:
+    def step(self, state: State, action: Float[ArrayLike, "action"]) -> State:
         """One control step of 0.05 s. A state that is done does not change."""
-        physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
-        world = World(physics_state, state.info["senses"])
+        world = World(self.simulation(state), state.info["senses"])
         return self._next(state, self.advance(world, action, active=state.done == 0))
 
     @jax_defaults()
-    def begin(self, key: jax.Array, physics_state: PhysicsState) -> World:
+    def begin(self, key: PRNGKeyArray, physics_state: PhysicsState) -> World:
         """The world of an episode that starts from a simulation at rest."""
         if self.reality is None:
             return World(physics_state, None)
         key = jax.random.fold_in(key, _REALITY)
-        return reality.begin(key, self.reality, self.scene, physics_state)
+        return sensing.begin(key, self.reality, self.scene, physics_state)
 
     @jax_defaults()
-    def advance(self, world: World, action: jax.Array, active: jax.Array | bool = True) -> World:
+    def advance(
+        self, world: World, action: Float[ArrayLike, "action"], active: Bool[ArrayLike, ""] = True
+    ) -> World:
         """One control step of a world; a world that is not active does not change."""
         if self.reality is None or world.senses is None:
             return World(self.simulate(world.physics, action, active), None)
-        senses, due = reality.act(world.senses, action)
+        senses, due = sensing.act(world.senses, action)
         physics_state = self.simulate(world.physics, due, active)
-        senses = reality.look(self.reality, self.scene, senses, physics_state)
+        senses = sensing.look(self.reality, self.scene, senses, physics_state)
         senses = jax.tree.map(lambda new, old: jnp.where(active, new, old), senses, world.senses)
         return World(physics_state, senses)
 
+    @staticmethod
+    def simulation(state: State) -> PhysicsState:
+        """The simulation of a state, which is where Brax keeps its own engines' states."""
+        return state.pipeline_state  # pyright: ignore[reportReturnType]
+
     def perceive(self, world: World) -> PhysicsState:
         """The simulation of a world as the policy perceives it."""
-        return reality.perceived(self.scene, world)
+        return sensing.perceived(self.scene, world)
 
     @jax_defaults()
     def simulate(
-        self, physics_state: PhysicsState, action: jax.Array, active: jax.Array | bool = True
+        self,
+        physics_state: PhysicsState,
+        action: Float[ArrayLike, "action"],
+        active: Bool[ArrayLike, ""] = True,
     ) -> PhysicsState:
         """One control step of the bare simulation, without a task; see `Physics.step`."""
         ctrl = control.servo_targets(self.scene, physics_state, action)
         return self.physics.step(physics_state, ctrl, active)
 
     @jax_defaults()
-    def observe(self, physics_state: PhysicsState) -> jax.Array:
+    def observe(self, physics_state: PhysicsState) -> Float[Array, "observation"]:
         """The observation of a bare simulation."""
         return observation.observe(self._terms, self.scene, physics_state)
 
-    def _settled(self, key: jax.Array, cubes: jax.Array) -> PhysicsState:
+    def _settled(self, key: PRNGKeyArray, cubes: Float[Array, "cube 3"]) -> PhysicsState:
         arm_key, action_key = jax.random.split(key)
         physics_state = self._place(arm_key, cubes, jnp.zeros(self.spec.num_cubes))
         actions = jax.random.uniform(
@@ -205,7 +219,9 @@ class CubeEnv(Env):
             lambda state, action: (self.simulate(state, action), None), physics_state, actions
         )[0]
 
-    def _place(self, arm_key: jax.Array, cubes: jax.Array, yaw: jax.Array) -> PhysicsState:
+    def _place(
+        self, arm_key: PRNGKeyArray, cubes: Float[Array, "cube 3"], yaw: Float[Array, "cube"]
+    ) -> PhysicsState:
         """A scene at rest: the arm in a random pose, the cubes at given positions and yaws."""
         pos_key, yaw_key = jax.random.split(arm_key)
         home = jnp.array(self.scene.home_qpos, jnp.float32)
@@ -218,7 +234,9 @@ class CubeEnv(Env):
         qpos = home.at[self.scene.arm].set(joints).at[self.scene.cubes_qpos].set(poses.ravel())
         return self.physics.init(qpos)
 
-    def _first(self, world: World, goal: jax.Array, target: jax.Array) -> State:
+    def _first(
+        self, world: World, goal: Float[Array, "observation"], target: Float[Array, "cube 3"]
+    ) -> State:
         zero, no = jnp.zeros(()), jnp.zeros((), bool)
         return State(
             pipeline_state=world.physics,  # pyright: ignore[reportArgumentType]

@@ -6,8 +6,8 @@ the branch of the home pose (elbow up, shoulder to the right), which the arm nev
 workspace.
 """
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from pigbench.envs import robot
 from pigbench.envs.rotations import nearest_turn
@@ -16,17 +16,21 @@ LATERAL_OFFSET = robot.SHOULDER_OFFSET + robot.ELBOW_OFFSET + robot.WRIST_1_OFFS
 TOOL_LENGTH = robot.FLANGE_OFFSET + robot.GRIPPER_MOUNT + robot.GRIPPER_BASE + robot.PINCH_HEIGHT
 
 
-def inverse(pinch_pos: jax.Array, pinch_yaw: jax.Array, near: jax.Array) -> jax.Array:
+def inverse(
+    pinch_pos: Float[Array, "*batch 3"],
+    pinch_yaw: Float[Array, "*batch"],
+    near: Float[Array, "*batch joint"],
+) -> Float[Array, "*batch joint"]:
     """Joint angles that bring the pinch point to a pose, with the gripper pointing down.
 
     Args:
-        pinch_pos: (..., 3) in metres, in the world frame.
-        pinch_yaw: (...) in radians.
-        near: (..., 6) joint angles. Among solutions that differ by whole turns, the joints turn
+        pinch_pos: metres, in the world frame.
+        pinch_yaw: radians.
+        near: joint angles. Among solutions that differ by whole turns, the joints turn
             least from these, and for the last joint it is the tool that turns least.
 
     Returns:
-        Joint angles, (..., 6). If the point is out of reach, the arm is stretched towards it.
+        Joint angles. If the point is out of reach, the arm is stretched towards it.
     """
     x, y, z = jnp.moveaxis(pinch_pos, -1, 0)
     # The base is rotated by a quarter turn about z: its x axis is the world's y axis.

@@ -7,8 +7,8 @@ groups of `pigbench.layout`, which a term's name determines.
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from pigbench.envs import robot
 from pigbench.envs.physics import PhysicsState
@@ -29,30 +29,32 @@ class Term:
     name: str
     size: int
     meaning: str
-    value: Callable[[Scene, PhysicsState], jax.Array]
+    value: Callable[[Scene, PhysicsState], Float[Array, "size"]]
 
 
-def gripper_opening(scene: Scene, state: PhysicsState) -> jax.Array:
-    """The gripper's opening in OGBench's sense, () in [0, 1]: 0 is open and 1 is shut."""
+def gripper_opening(scene: Scene, state: PhysicsState) -> Float[Array, ""]:
+    """The gripper's opening in OGBench's sense, in [0, 1]: 0 is open and 1 is shut."""
     return jnp.clip(state.qpos[scene.driver] / robot.GRIPPER_CLOSED, 0.0, 1.0)
 
 
-def gripper_contact(state: PhysicsState) -> jax.Array:
-    """The force on the right finger's pad, () scaled and clipped to [0, 1]."""
+def gripper_contact(state: PhysicsState) -> Float[Array, "*batch"]:
+    """The force on the right finger's pad, scaled and clipped to [0, 1]."""
     return jnp.clip(state.pad_force * PAD_FORCE_SCALE, 0.0, 1.0)
 
 
-def cube_poses(scene: Scene, state: PhysicsState) -> tuple[jax.Array, jax.Array]:
-    """Cube positions (num_cubes, 3) in metres and quaternions (num_cubes, 4)."""
+def cube_poses(
+    scene: Scene, state: PhysicsState
+) -> tuple[Float[Array, "cube 3"], Float[Array, "cube 4"]]:
+    """Cube positions in metres, and quaternions."""
     poses = state.qpos[scene.cubes_qpos].reshape(scene.num_cubes, 7)
     return poses[:, :3], poses[:, 3:]
 
 
-def _scaled(position: jax.Array) -> jax.Array:
+def _scaled(position: Float[Array, "3"]) -> Float[Array, "3"]:
     return (position - jnp.array(CENTRE)) * POSITION_SCALE
 
 
-def _direction(angle: jax.Array) -> jax.Array:
+def _direction(angle: Float[Array, ""]) -> Float[Array, "2"]:
     return jnp.stack([jnp.cos(angle), jnp.sin(angle)])
 
 
@@ -92,10 +94,10 @@ ROBOT_TERMS = (
 
 
 def _cube_terms(index: int) -> tuple[Term, ...]:
-    def pos(scene: Scene, state: PhysicsState) -> jax.Array:
+    def pos(scene: Scene, state: PhysicsState) -> Float[Array, "3"]:
         return cube_poses(scene, state)[0][index]
 
-    def quat(scene: Scene, state: PhysicsState) -> jax.Array:
+    def quat(scene: Scene, state: PhysicsState) -> Float[Array, "4"]:
         return cube_poses(scene, state)[1][index]
 
     return (
@@ -127,6 +129,8 @@ def layout(num_cubes: int, unobserved: Collection[str] = ()) -> Layout:
     return Layout.of({term.name: term.size for term in table(num_cubes, unobserved)})
 
 
-def observe(terms: Iterable[Term], scene: Scene, state: PhysicsState) -> jax.Array:
-    """The observation of one simulation, (size,) float32."""
+def observe(
+    terms: Iterable[Term], scene: Scene, state: PhysicsState
+) -> Float[Array, "observation"]:
+    """The observation of one simulation."""
     return jnp.concatenate([term.value(scene, state) for term in terms])

@@ -8,6 +8,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from jaxtyping import Float, UInt8
 
 from pigbench import opengl
 from pigbench.envs import appearance
@@ -33,11 +34,12 @@ class Renderer:
     def __exit__(self, *_: object) -> None:
         self._canvas.close()
 
-    def draw(self, qpos: np.ndarray, goal: np.ndarray | None = None) -> np.ndarray:
-        """An image (height, width, 3) in uint8 of the state qpos (nq,).
-
-        `goal` (num_cubes, 3), in metres, is where translucent cubes mark the goal.
-        """
+    def draw(
+        self,
+        qpos: Float[np.ndarray, "nq"],
+        goal: Float[np.ndarray, "cube 3"] | None = None,
+    ) -> UInt8[np.ndarray, "height width 3"]:
+        """An image of the state; translucent cubes mark a `goal` in metres."""
         self._data.qpos[:] = qpos
         self._data.mocap_pos[:] = appearance.NOWHERE if goal is None else goal
         mujoco.mj_forward(self._canvas.model, self._data)
@@ -60,8 +62,8 @@ class Canvas:
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
 
-    def draw(self, data: mujoco.MjData) -> np.ndarray:
-        """An image (height, width, 3) in uint8 of a state on which `mj_forward` has been called."""
+    def draw(self, data: mujoco.MjData) -> UInt8[np.ndarray, "height width 3"]:
+        """An image of a state on which `mj_forward` has been called."""
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(
             self.model, data, self._option, None, self._camera, everything, self._scene

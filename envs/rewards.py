@@ -7,31 +7,31 @@ are costs in metres, so that an episode that ends early with success costs less.
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
 
 
 class Situation(NamedTuple):
     """One simulation after a control step; positions are in metres."""
 
-    pinch: jax.Array  # (3,)
-    cubes: jax.Array  # (num_cubes, 3)
-    target: jax.Array  # (num_cubes, 3)
-    placed: jax.Array  # (num_cubes,) bool: at its target
-    success: jax.Array  # () bool
+    pinch: Float[Array, "3"]
+    cubes: Float[Array, "cube 3"]
+    target: Float[Array, "cube 3"]
+    placed: Bool[Array, "cube"]  # at its target
+    success: Bool[Array, ""]
 
 
-def sparse(situation: Situation) -> jax.Array:
+def sparse(situation: Situation) -> Float[Array, ""]:
     """1 on success, else 0."""
     return situation.success.astype(jnp.float32)
 
 
-def reach(situation: Situation) -> jax.Array:
+def reach(situation: Situation) -> Float[Array, ""]:
     """Minus the distance from the pinch point to the nearest cube."""
     return -_distances(situation.cubes, situation.pinch).min()
 
 
-def place(situation: Situation) -> jax.Array:
+def place(situation: Situation) -> Float[Array, ""]:
     """Minus the sum of the cubes' distances to their targets, and minus the pinch point's distance
     to the nearest cube that is not at its target, if there is one.
     """
@@ -41,11 +41,13 @@ def place(situation: Situation) -> jax.Array:
     return -_distances(situation.cubes, situation.target).sum() - reaching
 
 
-def _distances(points: jax.Array, others: jax.Array) -> jax.Array:
+def _distances(
+    points: Float[Array, "cube 3"], others: Float[Array, "cube 3"] | Float[Array, "3"]
+) -> Float[Array, "cube"]:
     return jnp.linalg.norm(points - others, axis=-1)
 
 
-REWARDS: Mapping[str, Callable[[Situation], jax.Array]] = {
+REWARDS: Mapping[str, Callable[[Situation], Float[Array, ""]]] = {
     "sparse": sparse,
     "reach": reach,
     "place": place,

@@ -7,6 +7,7 @@ meshes are given here by their compiled values.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 Vector = tuple[float, ...]
 
@@ -165,9 +166,8 @@ ARM = (
     ),
 )
 
-GRIPPER_CLOSED = (
-    0.8  # driver angle at which the fingers are shut: an opening of 1 in OGBench's sense
-)
+# The driver angle at which the fingers are shut: an opening of 1 in OGBench's sense.
+GRIPPER_CLOSED = 0.8
 
 
 def _finger(side: str) -> tuple[Link, ...]:
@@ -175,7 +175,7 @@ def _finger(side: str) -> tuple[Link, ...]:
     sign = {"right": 1.0, "left": -1.0}[side]
     quat = {"right": (1.0, 0.0, 0.0, 0.0), "left": (0.0, 0.0, 0.0, 1.0)}[side]
 
-    def hinge(name: str, limits: Vector, stiff_limits: bool = True, **dynamics) -> Joint:
+    def hinge(name: str, limits: Vector, stiff_limits: bool = True, **dynamics: Any) -> Joint:
         softness = (
             (STIFF_SOLREF, STIFF_SOLIMP) if stiff_limits else (DEFAULT_SOLREF, DEFAULT_SOLIMP)
         )

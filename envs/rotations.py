@@ -1,27 +1,31 @@
-"""Angles, quaternions (w, x, y, z) and rotation matrices; "..." is any leading dimensions."""
+"""Angles in radians, quaternions (w, x, y, z) and rotation matrices."""
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 
-def wrap(angle: jax.Array) -> jax.Array:
+def wrap(angle: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
     """The same angle in [-pi, pi)."""
     return jnp.mod(angle + jnp.pi, 2 * jnp.pi) - jnp.pi
 
 
-def nearest_turn(angle: jax.Array, reference: jax.Array) -> jax.Array:
+def nearest_turn(
+    angle: Float[Array, "*batch"], reference: Float[Array, "*batch"]
+) -> Float[Array, "*batch"]:
     """The same angle, shifted by whole turns to be nearest to `reference`."""
     return reference + wrap(angle - reference)
 
 
-def yaw_quat(yaw: jax.Array) -> jax.Array:
-    """The quaternion (..., 4) of a rotation by `yaw` (...) about z."""
+def yaw_quat(yaw: Float[Array, "*batch"]) -> Float[Array, "*batch 4"]:
+    """The quaternion of a rotation by `yaw` about z."""
     zero = jnp.zeros_like(yaw)
     return jnp.stack([jnp.cos(yaw / 2), zero, zero, jnp.sin(yaw / 2)], axis=-1)
 
 
-def quat_product(one: jax.Array, other: jax.Array) -> jax.Array:
-    """The quaternion (..., 4) of `other` (..., 4) followed by `one` (..., 4)."""
+def quat_product(
+    one: Float[Array, "*batch 4"], other: Float[Array, "*batch 4"]
+) -> Float[Array, "*batch 4"]:
+    """The quaternion of `other` followed by `one`."""
     a, b, c, d = jnp.moveaxis(one, -1, 0)
     w, x, y, z = jnp.moveaxis(other, -1, 0)
     return jnp.stack(
@@ -35,20 +39,22 @@ def quat_product(one: jax.Array, other: jax.Array) -> jax.Array:
     )
 
 
-def quat_yaw(quat: jax.Array) -> jax.Array:
-    """The yaw (...) of a quaternion (..., 4), as one of the roll-pitch-yaw angles."""
+def quat_yaw(quat: Float[Array, "*batch 4"]) -> Float[Array, "*batch"]:
+    """The yaw of a quaternion, as one of the roll-pitch-yaw angles."""
     w, x, y, z = jnp.moveaxis(quat, -1, 0)
     return jnp.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
-def nearest_symmetry(yaw: jax.Array, reference: jax.Array, fold: int = 4) -> jax.Array:
+def nearest_symmetry(
+    yaw: Float[Array, "*batch"], reference: Float[Array, "*batch"], fold: int = 4
+) -> Float[Array, "*batch"]:
     """The yaw nearest to `reference` that equals `yaw` up to the `fold`-fold symmetry of a cube."""
     step = 2 * jnp.pi / fold
     return yaw + step * jnp.round((reference - yaw) / step)
 
 
-def quat_rotation(quat: jax.Array) -> jax.Array:
-    """The rotation matrix (3, 3) of a quaternion (4,) of any nonzero length."""
+def quat_rotation(quat: Float[Array, "4"]) -> Float[Array, "3 3"]:
+    """The rotation matrix of a quaternion of any nonzero length."""
     w, x, y, z = quat / jnp.sqrt(jnp.sum(quat**2))
     return jnp.array(
         [
@@ -59,15 +65,15 @@ def quat_rotation(quat: jax.Array) -> jax.Array:
     )
 
 
-def axis_rotation(axis: jax.Array, angle: jax.Array) -> jax.Array:
-    """The rotation matrix (3, 3) by `angle` () about a unit `axis` (3,)."""
+def axis_rotation(axis: Float[Array, "3"], angle: Float[Array, ""]) -> Float[Array, "3 3"]:
+    """The rotation matrix by `angle` about a unit `axis`."""
     x, y, z = axis
     across = jnp.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return jnp.eye(3) + jnp.sin(angle) * across + (1 - jnp.cos(angle)) * across @ across
 
 
-def rotation_vector(rotation: jax.Array) -> jax.Array:
-    """The axis times the angle (3,) of a rotation matrix (3, 3) of less than half a turn."""
+def rotation_vector(rotation: Float[Array, "3 3"]) -> Float[Array, "3"]:
+    """The axis times the angle of a rotation matrix of less than half a turn."""
     twice_sine = jnp.stack(
         [
             rotation[2, 1] - rotation[1, 2],

@@ -12,15 +12,18 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
+from typing import Any
 
 import mujoco
 import numpy as np
+from jaxtyping import Float, Int
 
 from pigbench.envs import robot
 from pigbench.errors import lookup
 
 CUBE_HALF_SIZE = 0.02
 CUBE_DENSITY = 1240.0
+MAX_CUBES = 16  # more would start on one another, and push each other off the table
 PHYSICS_STEP = 0.002
 CONTROL_STEP = 0.05
 SUBSTEPS = round(CONTROL_STEP / PHYSICS_STEP)
@@ -85,15 +88,13 @@ class Contact:
     friction: float
 
 
+_ROW = 8  # cubes side by side between the walls, where they are at home
 _TORSION, _ROLLING = 0.005, 0.0001
-_STIFF, _SOFT = (
-    0.004,
-    robot.DEFAULT_SOLREF[0],
-)  # contact time constants: of cubes and pads, and of the floor
+# Contact time constants: of cubes and pads, and of the floor.
+_STIFF, _SOFT = 0.004, robot.DEFAULT_SOLREF[0]
 CUBE_CUBE = Contact((_STIFF, 1.0), robot.DEFAULT_SOLIMP, 1.0)
-CUBE_OTHER = Contact(
-    ((_STIFF + _SOFT) / 2, 1.0), robot.DEFAULT_SOLIMP, 1.0
-)  # MuJoCo averages the two
+# MuJoCo averages the time constants of the two.
+CUBE_OTHER = Contact(((_STIFF + _SOFT) / 2, 1.0), robot.DEFAULT_SOLIMP, 1.0)
 
 
 def _pad_contact(friction: float) -> Contact:
@@ -128,13 +129,13 @@ class Scene:
         return slice(self.gripper.stop, self.gripper.stop + 6 * self.num_cubes)
 
     @cached_property
-    def cube_bodies(self) -> np.ndarray:
-        """The body ids of the cubes, (num_cubes,)."""
+    def cube_bodies(self) -> Int[np.ndarray, "cube"]:
+        """The body ids of the cubes."""
         return np.array([self.model.body(f"cube_{i}").id for i in range(self.num_cubes)])
 
     @cached_property
-    def home_qpos(self) -> np.ndarray:
-        """The qpos (nq,) with the arm at home, the gripper open and the cubes in a row."""
+    def home_qpos(self) -> Float[np.ndarray, "nq"]:
+        """The qpos with the arm at home, the gripper open and the cubes in rows."""
         qpos = self.model.qpos0.copy()
         qpos[self.arm] = robot.HOME
         return qpos
@@ -172,7 +173,13 @@ def _add_statics(spec: mujoco.MjSpec) -> None:
         _add_box(spec.worldbody, name, half_size, pos)
 
 
-def _add_box(body: mujoco.MjsBody, name: str, half_size, pos=(0, 0, 0), **inertia) -> None:
+def _add_box(
+    body: mujoco.MjsBody,
+    name: str,
+    half_size: robot.Vector,
+    pos: robot.Vector = (0, 0, 0),
+    **inertia: float | robot.Vector,
+) -> None:
     body.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -231,7 +238,7 @@ def _add_joint(body: mujoco.MjsBody, joint: robot.Joint) -> None:
     element.solimp_limit[:3] = joint.limit_solimp
 
 
-def _stiff_equality(spec: mujoco.MjSpec, **what) -> None:
+def _stiff_equality(spec: mujoco.MjSpec, **what: Any) -> None:
     equality = spec.add_equality(**what)
     equality.solref[:2] = robot.STIFF_SOLREF
     equality.solimp[:3] = robot.STIFF_SOLIMP
@@ -298,7 +305,14 @@ def _add_servos(spec: mujoco.MjSpec) -> None:
 
 
 def _add_servo(
-    spec: mujoco.MjSpec, target, transmission, gain, stiffness, damping, control_range, max_force
+    spec: mujoco.MjSpec,
+    target: str,
+    transmission: mujoco.mjtTrn,
+    gain: float,
+    stiffness: float,
+    damping: float,
+    control_range: robot.Vector,
+    max_force: float,
 ) -> None:
     servo = spec.add_actuator(
         name=target,
@@ -316,8 +330,9 @@ def _add_servo(
 
 def _add_cube(spec: mujoco.MjSpec, index: int, num_cubes: int) -> str:
     name = f"cube_{index}"
-    y = 0.05 * (2 * index - (num_cubes - 1))
-    body = spec.worldbody.add_body(name=name, pos=(0.3, y, CUBE_HALF_SIZE))
+    row, place = divmod(index, _ROW)
+    x, y = 0.3 + 0.1 * row, 0.05 * (2 * place - (min(num_cubes, _ROW) - 1))
+    body = spec.worldbody.add_body(name=name, pos=(x, y, CUBE_HALF_SIZE))
     body.add_freejoint(name=name)
     _add_box(body, name, (CUBE_HALF_SIZE,) * 3, density=CUBE_DENSITY)
     return name

@@ -8,6 +8,7 @@ gripper is off by a millimetre after 50 control steps.
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float, Int
 
 from pigbench.envs import kinematics, robot
 from pigbench.envs.rotations import axis_rotation, quat_rotation, rotation_vector
@@ -17,16 +18,22 @@ ANGLE_TOLERANCE = 1e-4  # radians
 MAX_TURN = np.radians(45)  # of any joint in one step
 MAX_STEPS = 20  # the move of one action takes two or three
 
-Carry = tuple[jax.Array, jax.Array, jax.Array]  # steps done, joints, whether still too far
+Carry = tuple[Int[Array, ""], Float[Array, "joint"], Bool[Array, ""]]
+"""Steps done, joint angles, and whether they are still too far."""
+
+_System = tuple[Float[Array, "n n+1"], Int[Array, "n"]]
+"""Rows of a linear system, its right side in the last column, and each column's pivot row."""
 
 _CHAIN = robot.ARM[: 1 + max(i for i, link in enumerate(robot.ARM) if link.joint)]
 
 
-def joint_targets(pinch_pos: jax.Array, pinch_yaw: jax.Array, joints: jax.Array) -> jax.Array:
-    """Joint targets (6,) for a pinch pose, (3,) and (), gripper down, from the current `joints`."""
+def joint_targets(
+    pinch_pos: Float[Array, "3"], pinch_yaw: Float[Array, ""], joints: Float[Array, "joint"]
+) -> Float[Array, "joint"]:
+    """Joint targets for a pinch pose with the gripper down, from the current `joints`."""
     goal_pos, goal_rotation, *_ = flange(kinematics.inverse(pinch_pos, pinch_yaw, joints))
 
-    def going_on(carry: Carry) -> jax.Array:
+    def going_on(carry: Carry) -> Bool[Array, ""]:
         steps, _, far = carry
         return far & (steps < MAX_STEPS)
 
@@ -43,11 +50,15 @@ def joint_targets(pinch_pos: jax.Array, pinch_yaw: jax.Array, joints: jax.Array)
     return jax.lax.while_loop(going_on, step, (jnp.asarray(0), joints, jnp.asarray(True)))[1]
 
 
-def flange(joints: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-    """Forward kinematics of joint angles (6,), in the world frame.
+def flange(
+    joints: Float[Array, "joint"],
+) -> tuple[
+    Float[Array, "3"], Float[Array, "3 3"], Float[Array, "joint 3"], Float[Array, "joint 3"]
+]:
+    """Forward kinematics of joint angles, in the world frame.
 
-    Returns the flange's position (3,) in metres, the last link's rotation (3, 3), and the joints'
-    axes and anchors, (6, 3) each.
+    Returns the flange's position in metres, the last link's rotation, and the joints' axes and
+    anchors.
     """
     pos, rotation = jnp.zeros(3), jnp.eye(3)
     axes, anchors = [], []
@@ -63,8 +74,8 @@ def flange(joints: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Arra
     return tip, rotation, jnp.stack(axes), jnp.stack(anchors)
 
 
-def pinch(joints: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The pinch point (3,), in metres, and its yaw (), in radians, for joint angles (6,)."""
+def pinch(joints: Float[Array, "joint"]) -> tuple[Float[Array, "3"], Float[Array, ""]]:
+    """The pinch point, in metres, and its yaw, in radians, for joint angles."""
     tip, rotation, *_ = flange(joints)
     to_pinch = robot.GRIPPER_MOUNT + robot.GRIPPER_BASE + robot.PINCH_HEIGHT
     mount, base = (quat_rotation(jnp.array(link.quat, jnp.float32)) for link in robot.ARM[-2:])
@@ -73,21 +84,19 @@ def pinch(joints: jax.Array) -> tuple[jax.Array, jax.Array]:
     return pos, jnp.arctan2(turned[1, 0], turned[0, 0])
 
 
-def _length(vector: jax.Array) -> jax.Array:
+def _length(vector: Float[Array, "n"]) -> Float[Array, ""]:
     return jnp.sqrt(jnp.sum(vector**2))
 
 
-def _solve(matrix: jax.Array, vector: jax.Array) -> jax.Array:
-    """The solution x (n,) of matrix x = vector, (n, n) and (n,), by elimination with row pivots.
+def _solve(matrix: Float[Array, "n n"], vector: Float[Array, "n"]) -> Float[Array, "n"]:
+    """The solution x of matrix x = vector, by elimination with row pivots.
 
     It is elementwise under `vmap`; jaxlib's batched solver can hang on a small machine.
     """
     size = len(vector)
     rows = jnp.arange(size)
 
-    def eliminate(
-        column: jax.Array, carry: tuple[jax.Array, jax.Array]
-    ) -> tuple[jax.Array, jax.Array]:
+    def eliminate(column: Int[Array, ""], carry: _System) -> _System:
         system, order = carry
         used = jnp.any(order[:, None] == rows, axis=0)
         pivot = jnp.argmax(jnp.where(used, -1.0, jnp.abs(system[:, column])))

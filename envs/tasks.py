@@ -1,14 +1,18 @@
-"""The evaluation tasks of the environments: cube positions at the start and at the goal.
+"""What an environment is, and the evaluation tasks of those that come with pigbench.
 
 A table maps each environment to its tasks; OGBench's environments have OGBench's five tasks in its
 order. A place is (x, y) in metres, followed by the level in a stack if that is not 0.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
-from pigbench.envs.scene import CUBE_HALF_SIZE
+from pigbench.envs.reality import Reality
+from pigbench.envs.scene import CUBE_HALF_SIZE, MAX_CUBES
+from pigbench.errors import UserError
 
 SUCCESS_DISTANCE = 0.04  # metres from its target within which a cube is placed
 START_JITTER = 0.01  # metres by which start positions are shifted at most in x and y
@@ -26,27 +30,31 @@ class Task:
     jitter: tuple[float, float] = (START_JITTER, START_JITTER)
 
     @property
-    def start_xyz(self) -> np.ndarray:
-        """Cube positions at the start, (num_cubes, 3) in metres."""
+    def start_xyz(self) -> Float[np.ndarray, "cube 3"]:
+        """Cube positions at the start, in metres."""
         return _positions(self.start)
 
     @property
-    def goal_xyz(self) -> np.ndarray:
-        """Cube positions at the goal, (num_cubes, 3) in metres."""
+    def goal_xyz(self) -> Float[np.ndarray, "cube 3"]:
+        """Cube positions at the goal, in metres."""
         return _positions(self.goal)
 
 
 @dataclass(frozen=True)
-class Spec:
-    """An environment's name, number of cubes and evaluation.
+class EnvSpec:
+    """All that distinguishes an environment from others with the same robot and table.
+
+    Raises UserError if its parts do not fit together.
 
     Attributes:
         episode_length: control steps after which an evaluation episode has failed.
         tasks: the evaluation tasks.
         success_distance: metres from its target within which a cube counts as placed.
         unobserved: terms that the observation lacks.
-        real: whether sensing and acting are as on a real robot; see `envs.reality`.
+        reality: the imperfections of sensing and acting; None without any.
         policy: the scripted policy that collects data by default.
+        stacking: range of the probability with which such a policy puts a cube on another; it is
+            drawn uniformly, once per episode. By default OGBench's with eight cubes.
     """
 
     name: str
@@ -55,11 +63,41 @@ class Spec:
     tasks: tuple[Task, ...]
     success_distance: float = SUCCESS_DISTANCE
     unobserved: frozenset[str] = frozenset()
-    real: bool = False
+    reality: Reality | None = None
     policy: str = "play"
+    stacking: tuple[float, float] = (0.0, 0.35)
+
+    def __post_init__(self) -> None:
+        for holds, problem in self._requirements():
+            if not holds:
+                raise UserError(f"environment {self.name!r} {problem}")
+
+    def _requirements(self) -> Iterator[tuple[bool, str]]:
+        """What must hold, and what is wrong if it does not."""
+        low, high = self.stacking
+        yield (
+            1 <= self.num_cubes <= MAX_CUBES,
+            f"has {self.num_cubes} cubes: there is room for 1 to {MAX_CUBES}",
+        )
+        yield (
+            self.episode_length >= 1,
+            f"has episodes of {self.episode_length} control steps: it must be at least 1",
+        )
+        yield bool(self.tasks), "has no tasks: it needs at least one"
+        for task in self.tasks:
+            starts, goals = len(task.start), len(task.goal)
+            yield (
+                starts == goals == self.num_cubes,
+                f"has {self.num_cubes} cubes, but {task.name!r} places {starts} at the start and "
+                f"{goals} at the goal",
+            )
+        yield (
+            0 <= low <= high <= 1,
+            f"stacks with a probability from {low} to {high}: it must be a range within 0 to 1",
+        )
 
 
-def _positions(places: tuple[Place, ...]) -> np.ndarray:
+def _positions(places: tuple[Place, ...]) -> Float[np.ndarray, "cube 3"]:
     levels = [place[2] if len(place) > 2 else 0 for place in places]
     heights = [CUBE_HALF_SIZE * (1 + 2 * level) for level in levels]
     return np.array([(*place[:2], z) for place, z in zip(places, heights, strict=True)])

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float, PRNGKeyArray
 
 
 @dataclass(frozen=True)
@@ -13,16 +14,18 @@ class Box:
     low: tuple[float, ...]
     high: tuple[float, ...]
 
-    def sample(self, key: jax.Array, shape: tuple[int, ...] = ()) -> jax.Array:
-        """Uniform points, (*shape, dimensions)."""
+    def sample(
+        self, key: PRNGKeyArray, shape: tuple[int, ...] = ()
+    ) -> Float[Array, "*shape dimension"]:
+        """Uniform points."""
         return self.point(jax.random.uniform(key, (*shape, len(self.low))))
 
-    def point(self, unit: jax.Array) -> jax.Array:
-        """The point (..., dimensions) at coordinates in [0, 1] from the low to the high corner."""
+    def point(self, unit: Float[Array, "*batch dimension"]) -> Float[Array, "*batch dimension"]:
+        """The point at coordinates in [0, 1] from the low to the high corner."""
         low, high = jnp.array(self.low), jnp.array(self.high)
         return low + unit * (high - low)
 
-    def clip(self, point: jax.Array) -> jax.Array:
+    def clip(self, point: Float[Array, "*batch dimension"]) -> Float[Array, "*batch dimension"]:
         """The nearest point of the box."""
         return jnp.clip(point, jnp.array(self.low), jnp.array(self.high))
 

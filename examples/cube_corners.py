@@ -11,7 +11,7 @@ CORNERS = {
 }
 
 envs.register(
-    envs.Spec(
+    envs.EnvSpec(
         name="cube-corners",
         num_cubes=1,
         episode_length=200,

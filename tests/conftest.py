@@ -6,13 +6,24 @@ import functools
 import os
 import tempfile
 from collections.abc import Callable, Iterator
+from typing import Any
 
+import jaxtyping
 import pytest
-from jaxtyping import install_import_hook
+from jaxtyping import install_import_hook, jaxtyped
 
 # Calls of these packages are checked against their annotations, shapes of arrays included.
-CHECKED = ("pigbench.layout",)
-install_import_hook(CHECKED, "beartype.beartype")
+CHECKED = ("pigbench.envs", "pigbench.fidelity", "pigbench.gym", "pigbench.layout")
+install_import_hook(CHECKED, "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))")
+
+
+def _check_functions(**options: Any) -> Callable:
+    """The decorator of the hook, without dataclasses: JAX makes them of batches and shapes too."""
+    check = jaxtyped(**options)
+    return lambda made: made if isinstance(made, type) else check(made)
+
+
+jaxtyping.jaxtyped = _check_functions
 
 # The older emitters make programs in half the processor time, which are about as fast.
 OLDER = "--xla_cpu_use_fusion_emitters=false"

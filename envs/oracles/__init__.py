@@ -7,13 +7,13 @@ state of the simulation.
 
 from pigbench.envs.oracles.noisy import NoisyPolicy
 from pigbench.envs.oracles.play import PlayPolicy
-from pigbench.envs.oracles.policy import Policy
+from pigbench.envs.oracles.policy import ScriptedPolicy
 from pigbench.envs.oracles.replan import ReplanPolicy
 
-POLICIES: dict[str, type[Policy]] = {
+POLICIES: dict[str, type[ScriptedPolicy]] = {
     "play": PlayPolicy,
     "noisy": NoisyPolicy,
     "replan": ReplanPolicy,
 }
 
-__all__ = ["POLICIES", "NoisyPolicy", "PlayPolicy", "Policy", "ReplanPolicy"]
+__all__ = ["POLICIES", "NoisyPolicy", "PlayPolicy", "ReplanPolicy", "ScriptedPolicy"]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 from flax import struct
+from jaxtyping import Array, Bool, Float
 
 from pigbench.envs.oracles.targets import Target
 from pigbench.envs.rotations import nearest_symmetry
@@ -30,35 +31,35 @@ OPEN, SHUT = -1.0, 1.0
 
 
 @struct.dataclass
-class Situation:
+class OracleInputs:
     """The inputs of the oracle, in metres and radians, and contact in [0, 1]."""
 
-    effector_pos: jax.Array  # (3,)
-    effector_yaw: jax.Array  # ()
-    contact: jax.Array  # ()
-    cube_pos: jax.Array  # (3,) of the cube to be moved
-    cube_yaw: jax.Array  # ()
+    effector_pos: Float[Array, "3"]
+    effector_yaw: Float[Array, ""]
+    contact: Float[Array, ""]
+    cube_pos: Float[Array, "3"]  # of the cube to be moved
+    cube_yaw: Float[Array, ""]
 
 
 @struct.dataclass
 class Pose:
     """The pose to which the arm moves once the cube is at its target."""
 
-    pos: jax.Array  # (3,) metres
-    yaw: jax.Array  # () radians
+    pos: Float[Array, "3"]  # metres
+    yaw: Float[Array, ""]  # radians
 
 
 class Phase(NamedTuple):
     """A phase: its condition, the effector's destination and turn, and the gripper's action."""
 
-    when: jax.Array
-    destination: jax.Array
-    turn: jax.Array
+    when: Bool[Array, ""]
+    destination: Float[Array, "3"]
+    turn: Float[Array, ""]
     grip: float
 
 
-def action(situation: Situation, target: Target, final: Pose) -> jax.Array:
-    """The action (5,) in [-1, 1] that brings the cube towards `target`, then the arm to `final`.
+def action(situation: OracleInputs, target: Target, final: Pose) -> Float[Array, "action"]:
+    """The action in [-1, 1] that brings the cube towards `target`, then the arm to `final`.
 
     The gripper always opens or closes at full speed.
     """
@@ -72,14 +73,14 @@ def action(situation: Situation, target: Target, final: Pose) -> jax.Array:
     return jnp.clip(move, -1.0, 1.0)
 
 
-def done(situation: Situation, target: Target, final: Pose) -> jax.Array:
-    """Whether the cube is at its target and the arm is at its final pose, () bool."""
+def done(situation: OracleInputs, target: Target, final: Pose) -> Bool[Array, ""]:
+    """Whether the cube is at its target and the arm is at its final pose."""
     return _near(situation.cube_pos, target.pos, REACHED) & _near(
         situation.effector_pos, final.pos, HOME
     )
 
 
-def _phases(situation: Situation, target: Target, final: Pose) -> tuple[Phase, ...]:
+def _phases(situation: OracleInputs, target: Target, final: Pose) -> tuple[Phase, ...]:
     hand, cube, goal = situation.effector_pos, situation.cube_pos, target.pos
     placed = _near(cube, goal, REACHED)
     over_cube = _near(hand[:2], cube[:2], OVER)
@@ -116,5 +117,7 @@ def _choose(phases: tuple[Phase, ...]) -> Phase:
     return jax.tree.map(lambda *choices: jnp.select(conditions, choices), *phases)
 
 
-def _near(one: jax.Array, other: jax.Array, distance: float) -> jax.Array:
+def _near(
+    one: Float[Array, "axis"], other: Float[Array, "axis"], distance: float
+) -> Bool[Array, ""]:
     return jnp.linalg.norm(one - other) <= distance

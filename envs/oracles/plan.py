@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
+from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from pigbench.envs import workspace
 from pigbench.envs.control import ACTION_SCALE, ACTION_SIZE
@@ -44,22 +45,26 @@ _FILTER /= _FILTER.sum()
 
 @struct.dataclass
 class Plan:
-    """Effector targets (MAX_STEPS, 5), one per control step; the first `length` () are used."""
+    """Effector targets, one per control step; the first `length` are used."""
 
-    targets: jax.Array
-    length: jax.Array
+    targets: Float[Array, "time action"]
+    length: Int[Array, ""]
 
 
 def make(
-    key: jax.Array, effector: jax.Array, cube_pos: jax.Array, cube_yaw: jax.Array, target: Target
+    key: PRNGKeyArray,
+    effector: Float[Array, "action"],
+    cube_pos: Float[Array, "3"],
+    cube_yaw: Float[Array, ""],
+    target: Target,
 ) -> Plan:
     """Plan to pick a cube at a pose and place it at `target`, ending at a random arm pose.
 
     Args:
         key: random key.
-        effector: (5,) the effector's current position, yaw and opening.
-        cube_pos: (3,) metres.
-        cube_yaw: () radians.
+        effector: the effector's current position, yaw and opening.
+        cube_pos: metres.
+        cube_yaw: radians.
         target: where the cube goes.
     """
     noise_key, key = jax.random.split(key)
@@ -69,7 +74,7 @@ def make(
     )
     lifts = LIFT[0] + lift_unit * (LIFT[1] - LIFT[0])
 
-    def above(pose: jax.Array, height: jax.Array) -> jax.Array:
+    def above(pose: Float[Array, "4"], height: Float[Array, ""]) -> Float[Array, "4"]:
         return pose.at[2].add(height)
 
     initial = effector[:4]
@@ -107,13 +112,13 @@ def make(
     return Plan(path + _noise(noise_key, length), length)
 
 
-def _grasp_yaw(effector_yaw: jax.Array, cube_yaw: jax.Array) -> jax.Array:
+def _grasp_yaw(effector_yaw: Float[Array, ""], cube_yaw: Float[Array, ""]) -> Float[Array, ""]:
     """The yaw in [0, 2 pi) at which to grip the cube, up to symmetry nearest to the effector's."""
     full = 2 * jnp.pi
     return jnp.mod(nearest_symmetry(jnp.mod(cube_yaw, full), jnp.mod(effector_yaw, full)), full)
 
 
-def _screw_midpoint(start: jax.Array, end: jax.Array) -> jax.Array:
+def _screw_midpoint(start: Float[Array, "4"], end: Float[Array, "4"]) -> Float[Array, "4"]:
     """The midpoint of a screw motion about the vertical between two poses (x, y, z, yaw)."""
     turn = wrap(end[3] - start[3])
     dx, dy = end[0] - start[0], end[1] - start[1]
@@ -122,8 +127,12 @@ def _screw_midpoint(start: jax.Array, end: jax.Array) -> jax.Array:
     return middle.at[:2].add(bulge).at[3].set(start[3] + turn / 2)
 
 
-def _interpolate(steps: jax.Array, times: jax.Array, poses: jax.Array) -> jax.Array:
-    """Targets (MAX_STEPS, 5) at `steps`: linear between keyframes, yaw the shorter way round."""
+def _interpolate(
+    steps: Float[Array, "time"],
+    times: Float[Array, "keyframe"],
+    poses: Float[Array, "keyframe 4"],
+) -> Float[Array, "time action"]:
+    """Targets at `steps`: linear between keyframes, yaw the shorter way round."""
     keyframes = jnp.concatenate([poses, jnp.array(_OPENINGS)[:, None]], axis=-1)
     changes = jnp.diff(keyframes, axis=0)
     changes = changes.at[:, 3].set(wrap(changes[:, 3]))
@@ -133,8 +142,8 @@ def _interpolate(steps: jax.Array, times: jax.Array, poses: jax.Array) -> jax.Ar
     return path.at[:, 3].set(wrap(path[:, 3]))
 
 
-def _noise(key: jax.Array, length: jax.Array) -> jax.Array:
-    """White noise smoothed along the plan and reflected at its ends, (MAX_STEPS, 5)."""
+def _noise(key: PRNGKeyArray, length: Int[Array, ""]) -> Float[Array, "time action"]:
+    """White noise smoothed along the plan and reflected at its ends."""
     white = jax.random.normal(key, (MAX_STEPS, ACTION_SIZE)) * NOISE * jnp.array(ACTION_SCALE)
     white = jnp.pad(white, ((0, _FILTER_RADIUS), (0, 0)))
     mirrored = jnp.roll(white[::-1], 2 * length - len(white), axis=0)  # white[2 length - 1 - i]

@@ -5,11 +5,12 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 from flax import struct
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from pigbench.envs import control
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import plan, targets
-from pigbench.envs.oracles.policy import Policy
+from pigbench.envs.oracles.policy import ScriptedPolicy
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
 
@@ -18,44 +19,48 @@ from pigbench.envs.rotations import quat_yaw
 class PlayState:
     """The policy's memory between control steps of one episode."""
 
-    stacking: jax.Array  # () probability, fixed for the episode
+    stacking: Float[Array, ""]  # probability, fixed for the episode
     target: targets.Target
     plan: plan.Plan
-    time: jax.Array  # () control steps since the plan began
+    time: Int[Array, ""]  # control steps since the plan began
 
 
-class PlayPolicy(Policy[PlayState]):
+class PlayPolicy(ScriptedPolicy[PlayState]):
     """Follows one plan after another."""
 
-    def reset(self, key: jax.Array, physics_state: PhysicsState) -> PlayState:
+    def reset(self, key: PRNGKeyArray, physics_state: PhysicsState) -> PlayState:
         """Begin an episode."""
         stacking_key, key = jax.random.split(key)
-        stacking = targets.draw_stacking(stacking_key, self.scene.num_cubes)
+        stacking = self.draw_stacking(stacking_key)
         first = targets.FIRST_STACKING
         return self._begin(key, physics_state, stacking, next_stacking=jnp.asarray(first))
 
-    def act(self, key: jax.Array, state: PlayState, physics_state: PhysicsState) -> jax.Array:
-        """The action (5,) in [-1, 1] that follows the plan. `key` is unused."""
+    def act(
+        self, key: PRNGKeyArray, state: PlayState, physics_state: PhysicsState
+    ) -> Float[Array, "action"]:
+        """The action in [-1, 1] that follows the plan. `key` is unused."""
         now = jnp.minimum(state.time, state.plan.length - 1)
         return control.action_towards(self.scene, physics_state, state.plan.targets[now])
 
-    def advance(self, key: jax.Array, state: PlayState, physics_state: PhysicsState) -> PlayState:
+    def advance(
+        self, key: PRNGKeyArray, state: PlayState, physics_state: PhysicsState
+    ) -> PlayState:
         """Continue after the action, or begin the next plan if this one has ended."""
         going_on = replace(state, time=state.time + 1)
         ended = self.ended(state)
         fresh = self._begin(key, physics_state, state.stacking, next_stacking=state.stacking)
         return jax.tree.map(lambda new, old: jnp.where(ended, new, old), fresh, going_on)
 
-    def ended(self, state: PlayState) -> jax.Array:
-        """Whether the current action is the plan's last, () bool."""
+    def ended(self, state: PlayState) -> Bool[Array, ""]:
+        """Whether the current action is the plan's last."""
         return state.time >= state.plan.length - 1
 
     def _begin(
         self,
-        key: jax.Array,
+        key: PRNGKeyArray,
         physics_state: PhysicsState,
-        stacking: jax.Array,
-        next_stacking: jax.Array,
+        stacking: Float[Array, ""],
+        next_stacking: Float[Array, ""],
     ) -> PlayState:
         target_key, plan_key = jax.random.split(key)
         positions, quats = cube_poses(self.scene, physics_state)

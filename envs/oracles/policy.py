@@ -5,14 +5,16 @@ from typing import ClassVar, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
+from pigbench.envs.tasks import EnvSpec
 
 Memory = TypeVar("Memory")
 
 
-class Policy(abc.ABC, Generic[Memory]):
+class ScriptedPolicy(abc.ABC, Generic[Memory]):
     """A policy whose memory is a pytree. All methods may be vmapped.
 
     Attributes:
@@ -21,25 +23,33 @@ class Policy(abc.ABC, Generic[Memory]):
 
     episode_rows: ClassVar[int] = 0
 
-    def __init__(self, scene: Scene):
+    def __init__(self, spec: EnvSpec, scene: Scene):
+        self.spec = spec
         self.scene = scene
 
     @abc.abstractmethod
-    def reset(self, key: jax.Array, physics_state: PhysicsState) -> Memory:
+    def reset(self, key: PRNGKeyArray, physics_state: PhysicsState) -> Memory:
         """Begin an episode."""
 
     @abc.abstractmethod
-    def act(self, key: jax.Array, state: Memory, physics_state: PhysicsState) -> jax.Array:
-        """The action (5,) in [-1, 1]."""
+    def act(
+        self, key: PRNGKeyArray, state: Memory, physics_state: PhysicsState
+    ) -> Float[Array, "action"]:
+        """The action in [-1, 1]."""
 
     @abc.abstractmethod
-    def advance(self, key: jax.Array, state: Memory, physics_state: PhysicsState) -> Memory:
+    def advance(self, key: PRNGKeyArray, state: Memory, physics_state: PhysicsState) -> Memory:
         """The memory after an action, which led to `physics_state`."""
 
     @abc.abstractmethod
-    def ended(self, state: Memory) -> jax.Array:
-        """Whether the current action is the last of a sub-task, () bool."""
+    def ended(self, state: Memory) -> Bool[Array, ""]:
+        """Whether the current action is the last of a sub-task."""
 
-    def finished(self, state: Memory) -> jax.Array:
-        """Whether the episode ends before the next action, () bool; by default, never."""
+    def finished(self, state: Memory) -> Bool[Array, ""]:
+        """Whether the episode ends before the next action; by default, never."""
         return jnp.zeros((), bool)
+
+    def draw_stacking(self, key: PRNGKeyArray) -> Float[Array, ""]:
+        """An episode's probability of putting a cube on another."""
+        low, high = self.spec.stacking
+        return jax.random.uniform(key, minval=low, maxval=high)

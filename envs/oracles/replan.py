@@ -18,10 +18,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from pigbench.envs import control, workspace
 from pigbench.envs.observation import cube_poses, gripper_contact
-from pigbench.envs.oracles.policy import Policy
+from pigbench.envs.oracles.policy import ScriptedPolicy
 from pigbench.envs.oracles.targets import Target
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import nearest_symmetry, quat_yaw
@@ -75,23 +76,23 @@ _TABLE = {
 class ReplanState:
     """The policy's memory between control steps of one episode."""
 
-    lift: jax.Array  # () metres, fixed for the episode
-    speed: jax.Array  # () share of the largest action, fixed for the episode
-    away: jax.Array  # (2,) metres, where the cube is brought after the centre
-    yaws: jax.Array  # (TRIPS,) radians, of the cube's targets
-    trip: jax.Array  # () index of the current trip
-    stage: jax.Array  # () index in STAGES
-    waited: jax.Array  # () control steps waited there
-    time: jax.Array  # () control steps since the trip began
-    action: jax.Array  # (5,) the next action
+    lift: Float[Array, ""]  # metres, fixed for the episode
+    speed: Float[Array, ""]  # share of the largest action, fixed for the episode
+    away: Float[Array, "2"]  # metres, where the cube is brought after the centre
+    yaws: Float[Array, "trip"]  # radians, of the cube's targets
+    trip: Int[Array, ""]  # index of the current trip
+    stage: Int[Array, ""]  # index in STAGES
+    waited: Int[Array, ""]  # control steps waited there
+    time: Int[Array, ""]  # control steps since the trip began
+    action: Float[Array, "action"]  # the next action
 
 
-class ReplanPolicy(Policy[ReplanState]):
+class ReplanPolicy(ScriptedPolicy[ReplanState]):
     """Moves the cube to the centre and then away."""
 
     episode_rows: ClassVar[int] = TRIPS * MAX_STEPS + 1
 
-    def reset(self, key: jax.Array, physics_state: PhysicsState) -> ReplanState:
+    def reset(self, key: PRNGKeyArray, physics_state: PhysicsState) -> ReplanState:
         """Begin an episode."""
         lift_key, speed_key, away_key, yaw_key = jax.random.split(key, 4)
         zero = jnp.zeros((), jnp.int32)
@@ -108,26 +109,28 @@ class ReplanPolicy(Policy[ReplanState]):
         )
         return replace(state, action=self._plan(state, physics_state))
 
-    def act(self, key: jax.Array, state: ReplanState, physics_state: PhysicsState) -> jax.Array:
-        """The action (5,) that was planned from the state. `key` is unused."""
+    def act(
+        self, key: PRNGKeyArray, state: ReplanState, physics_state: PhysicsState
+    ) -> Float[Array, "action"]:
+        """The action that was planned from the state. `key` is unused."""
         return state.action
 
     def advance(
-        self, key: jax.Array, state: ReplanState, physics_state: PhysicsState
+        self, key: PRNGKeyArray, state: ReplanState, physics_state: PhysicsState
     ) -> ReplanState:
         """Update the progress of the trip, and replan."""
         state = self._next_trip(self._next_stage(state, physics_state), physics_state)
         return replace(state, action=self._plan(state, physics_state))
 
-    def ended(self, state: ReplanState) -> jax.Array:
-        """Whether the trip is given up after the current action, () bool.
+    def ended(self, state: ReplanState) -> Bool[Array, ""]:
+        """Whether the trip is given up after the current action.
 
         The end of a trip that succeeds is known only after the action.
         """
         return state.time >= MAX_STEPS - 1
 
-    def finished(self, state: ReplanState) -> jax.Array:
-        """Whether both trips are over, () bool."""
+    def finished(self, state: ReplanState) -> Bool[Array, ""]:
+        """Whether both trips are over."""
         return state.trip >= TRIPS
 
     def target(self, state: ReplanState) -> Target:
@@ -162,8 +165,8 @@ class ReplanPolicy(Policy[ReplanState]):
             time=jnp.where(over, 0, state.time),
         )
 
-    def _places(self, state: ReplanState, seen: PhysicsState) -> jax.Array:
-        """The effector's position and yaw at each stage, (stages, 4), for the estimated cube."""
+    def _places(self, state: ReplanState, seen: PhysicsState) -> Float[Array, "stage 4"]:
+        """The effector's position and yaw at each stage, for the estimated cube."""
         positions, quats = cube_poses(self.scene, seen)
         target, hand = self.target(state), control.effector(self.scene, seen)[:4]
         pick = jnp.append(
@@ -171,7 +174,7 @@ class ReplanPolicy(Policy[ReplanState]):
         )
         place = jnp.append(target.pos, nearest_symmetry(target.yaw, hand[3]))
 
-        def above(place: jax.Array) -> jax.Array:
+        def above(place: Float[Array, "4"]) -> Float[Array, "4"]:
             return place.at[2].set(state.lift)
 
         places = {
@@ -186,8 +189,8 @@ class ReplanPolicy(Policy[ReplanState]):
         }
         return jnp.stack([places[name] for name in STAGES])
 
-    def _plan(self, state: ReplanState, seen: PhysicsState) -> jax.Array:
-        """The first action (5,) towards the next place."""
+    def _plan(self, state: ReplanState, seen: PhysicsState) -> Float[Array, "action"]:
+        """The first action towards the next place."""
         stage = jnp.minimum(state.stage, len(STAGES) - 1)
         way = self._places(state, seen)[stage] - control.effector(self.scene, seen)[:4]
         move = way / HORIZON / jnp.array(control.ACTION_SCALE[:4])

@@ -3,46 +3,37 @@
 import jax
 import jax.numpy as jnp
 from flax import struct
+from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from pigbench.envs import workspace
 from pigbench.envs.scene import CUBE_HALF_SIZE
 
 ON_TOP_DISTANCE = 0.02  # metres in x and y within which a higher cube lies on a lower one
-
-# Probability of stacking a cube on another, drawn uniformly from this range once per episode.
-STACKING = {1: (0.0, 0.0), 2: (0.0, 0.25), 3: (0.05, 0.35), 4: (0.1, 0.5), 8: (0.0, 0.35)}
 FIRST_STACKING = 0.5  # the probability for an episode's first target
 
 
 @struct.dataclass
 class Target:
-    """A sub-task: move `cube` (index) to `pos` (3,), metres, and `yaw` (), radians."""
+    """A sub-task: move `cube` (an index) to `pos`, metres, and `yaw`, radians."""
 
-    cube: jax.Array
-    pos: jax.Array
-    yaw: jax.Array
+    cube: Int[Array, ""]
+    pos: Float[Array, "3"]
+    yaw: Float[Array, ""]
 
 
-def is_top(cubes: jax.Array) -> jax.Array:
-    """Which cubes have no cube on top, (num_cubes,) bool, from their positions (num_cubes, 3)."""
+def is_top(cubes: Float[Array, "cube 3"]) -> Bool[Array, "cube"]:
+    """Which cubes have no cube on top, from their positions."""
     offset = cubes[None, :, :] - cubes[:, None, :]
     near = jnp.linalg.norm(offset[..., :2], axis=-1) < ON_TOP_DISTANCE
     return ~jnp.any(near & (offset[..., 2] > 0), axis=1)
 
 
-def draw_stacking(key: jax.Array, num_cubes: int) -> jax.Array:
-    """An episode's probability of stacking, ()."""
-    low, high = STACKING[num_cubes]
-    return jax.random.uniform(key, minval=low, maxval=high)
-
-
-def draw(key: jax.Array, cubes: jax.Array, stacking: jax.Array | float) -> Target:
+def draw(
+    key: PRNGKeyArray, cubes: Float[Array, "cube 3"], stacking: Float[ArrayLike, ""]
+) -> Target:
     """A target for a top cube: on another top cube with probability `stacking`, else on the floor.
 
-    Args:
-        key: random key.
-        cubes: (num_cubes, 3) positions in metres.
-        stacking: () probability.
+    `cubes` are their positions in metres.
     """
     # One call for all draws, because each call costs compile time.
     cube_unit, base_unit, stack_unit, yaw_unit, *xy_unit = jax.random.uniform(key, (6,))
@@ -56,7 +47,7 @@ def draw(key: jax.Array, cubes: jax.Array, stacking: jax.Array | float) -> Targe
     return Target(cube=cube, pos=jnp.where(stack, on_cube, on_floor), yaw=2 * jnp.pi * yaw_unit)
 
 
-def _choose(unit: jax.Array, allowed: jax.Array) -> jax.Array:
-    """The index that `unit` () in [0, 1) selects uniformly among those allowed; 0 if none is."""
+def _choose(unit: Float[Array, ""], allowed: Bool[Array, "cube"]) -> Int[Array, ""]:
+    """The index that `unit` in [0, 1) selects uniformly among those allowed; 0 if none is."""
     ranks = jnp.cumsum(allowed)
     return jnp.argmax(ranks > jnp.floor(unit * ranks[-1]))

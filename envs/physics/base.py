@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
+from jaxtyping import Array, ArrayLike, Bool, Float
 
 from pigbench.envs.scene import Scene
 
@@ -20,8 +21,8 @@ MAX_SPEED = 1e3
 class Factors:
     """Factors on the parameters of a simulation's model; 1 leaves them unchanged."""
 
-    friction: jax.Array  # () on all contacts
-    mass: jax.Array  # () on the cubes' masses and inertias
+    friction: Float[Array, ""]  # on all contacts
+    mass: Float[Array, ""]  # on the cubes' masses and inertias
 
 
 @struct.dataclass
@@ -32,14 +33,14 @@ class PhysicsState:
     qpos.
     """
 
-    qpos: jax.Array  # (nq,)
-    qvel: jax.Array  # (nv,)
-    warmstart: jax.Array  # (nv,) accelerations from which the constraint solver starts
-    pinch_pos: jax.Array  # (3,) metres
-    pinch_yaw: jax.Array  # () radians
-    pad_force: jax.Array  # () norm of the external wrench on the right finger's pad
-    diverged: jax.Array  # () bool; if true, the rest is the last good state
-    overflow: jax.Array  # () bool: diverged because the engine ran out of room for contacts
+    qpos: Float[Array, "nq"]
+    qvel: Float[Array, "nv"]
+    warmstart: Float[Array, "nv"]  # accelerations from which the constraint solver starts
+    pinch_pos: Float[Array, "3"]  # metres
+    pinch_yaw: Float[Array, ""]  # radians
+    pad_force: Float[Array, ""]  # norm of the external wrench on the right finger's pad
+    diverged: Bool[Array, ""]  # if true, the rest is the last good state
+    overflow: Bool[Array, ""]  # diverged because the engine ran out of room for contacts
     factors: Factors | None = None  # None where all simulations share the scene's model
 
 
@@ -63,8 +64,12 @@ class Physics(abc.ABC):
     def __init__(self, scene: Scene):
         self.scene = scene
 
-    def init(self, qpos: jax.Array, qvel: jax.Array | None = None) -> PhysicsState:
-        """The state at qpos (nq,) and qvel (nv,), at rest by default."""
+    def init(
+        self,
+        qpos: Float[ArrayLike, "nq"],
+        qvel: Float[ArrayLike, "nv"] | None = None,
+    ) -> PhysicsState:
+        """The state at `qpos` and `qvel`, at rest by default."""
         qvel = jnp.zeros(self.scene.model.nv) if qvel is None else qvel
         zero = jnp.zeros(())
         blank = PhysicsState(
@@ -80,9 +85,12 @@ class Physics(abc.ABC):
         return self._accept(blank, self._forward(blank), active=jnp.ones((), bool))
 
     def step(
-        self, state: PhysicsState, ctrl: jax.Array, active: jax.Array | bool = True
+        self,
+        state: PhysicsState,
+        ctrl: Float[ArrayLike, "nu"],
+        active: Bool[ArrayLike, ""] = True,
     ) -> PhysicsState:
-        """One control step under `ctrl` (7,): arm joint targets and gripper control.
+        """One control step under `ctrl`: arm joint targets and gripper control.
 
         A simulation that is not `active`, or has diverged, does not change, and costs nothing if
         the engine can skip it. A control that is not finite makes a simulation diverge.
@@ -94,7 +102,10 @@ class Physics(abc.ABC):
 
     @staticmethod
     def _accept(
-        old: PhysicsState, new: PhysicsState, active: jax.Array, sane: jax.Array | bool = True
+        old: PhysicsState,
+        new: PhysicsState,
+        active: Bool[Array, ""],
+        sane: Bool[ArrayLike, ""] = True,
     ) -> PhysicsState:
         sane &= jnp.all(jnp.isfinite(new.qpos)) & jnp.all(jnp.abs(new.qvel) < MAX_SPEED)
         sane &= ~new.overflow
@@ -110,5 +121,7 @@ class Physics(abc.ABC):
         """Compute the fields that follow from qpos and qvel."""
 
     @abc.abstractmethod
-    def _advance(self, state: PhysicsState, ctrl: jax.Array, active: jax.Array) -> PhysicsState:
+    def _advance(
+        self, state: PhysicsState, ctrl: Float[Array, "nu"], active: Bool[Array, ""]
+    ) -> PhysicsState:
         """Take SUBSTEPS substeps; the results of simulations that are not active are discarded."""

@@ -12,12 +12,13 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float, Shaped
 
 from pigbench.envs.physics.base import Factors, Physics, PhysicsState
 from pigbench.envs.quiet import quiet
 from pigbench.envs.scene import SUBSTEPS, Scene
 
-Run = Callable[[PhysicsState, jax.Array], PhysicsState]
+Run = Callable[[PhysicsState, Float[Array, "*batch nu"]], PhysicsState]
 """A function from states and controls to states."""
 
 
@@ -46,24 +47,28 @@ class MjxPhysics(Physics):
     def _make_data(self, simulations: int) -> Any:
         """The `mjx.Data` of one of `simulations` simulations that are stepped together."""
 
-    def _overflow(self, data: Any) -> jax.Array:
-        """Whether there was no room for a contact or a constraint row, () bool."""
+    def _overflow(self, data: Any) -> Bool[Array, ""]:
+        """Whether there was no room for a contact or a constraint row."""
         return jnp.zeros((), bool)
 
     def _forward(self, state: PhysicsState) -> PhysicsState:
         return self._all[0](state, jnp.zeros(self.scene.model.nu))
 
-    def _advance(self, state: PhysicsState, ctrl: jax.Array, active: jax.Array) -> PhysicsState:
+    def _advance(
+        self, state: PhysicsState, ctrl: Float[Array, "nu"], active: Bool[Array, ""]
+    ) -> PhysicsState:
         return self._all[SUBSTEPS](state, ctrl)
 
-    def _simulate(self, substeps: int, states: PhysicsState, ctrl: jax.Array) -> PhysicsState:
-        """Substeps of a batch, arrays (simulations, ...); with 0, only a forward pass."""
+    def _simulate(
+        self, substeps: int, states: PhysicsState, ctrl: Float[Array, "simulation nu"]
+    ) -> PhysicsState:
+        """Substeps of a batch of simulations; with 0, only a forward pass."""
         with jax.ensure_compile_time_eval():
             data = jax.tree.map(np.asarray, self._make_data(len(ctrl)))
         # Most buffers repeat one number; if computed, they are not constants in the program.
         blank = jax.tree.map(_uniform, data)
 
-        def simulate(state: PhysicsState, ctrl: jax.Array) -> PhysicsState:
+        def simulate(state: PhysicsState, ctrl: Float[Array, "nu"]) -> PhysicsState:
             model = self._model if state.factors is None else self._varied(state.factors)
             data = blank.replace(
                 qpos=state.qpos, qvel=state.qvel, qacc_warmstart=state.warmstart, ctrl=ctrl
@@ -110,27 +115,29 @@ class MjxPhysics(Physics):
         )
 
 
-def _uniform(x: np.ndarray) -> jax.Array:
+def _uniform(x: Shaped[np.ndarray, "*shape"]) -> Shaped[Array, "*shape"]:
     if x.size > 1 and np.all(x == x.flat[0]):
         return jnp.full(x.shape, x.flat[0])
     return jnp.asarray(x)
 
 
 def _over_all_axes(run: Run) -> Run:
-    """Turn `run`, on arrays (simulations, ...), into a function of one simulation, to be vmapped.
+    """Turn `run`, on a batch of simulations, into a function of one simulation, to be vmapped.
 
     All mapped axes are merged into the one that `run` sees, so that it knows the number of
     simulations for which its engine must make room.
     """
 
     @jax.custom_batching.custom_vmap
-    def run_all(states: PhysicsState, ctrl: jax.Array) -> PhysicsState:
+    def run_all(states: PhysicsState, ctrl: Float[Array, "*batch nu"]) -> PhysicsState:
         axes = ctrl.shape[:-1]
         rows = jax.tree.map(lambda x: x.reshape(-1, *x.shape[len(axes) :]), (states, ctrl))
         return jax.tree.map(lambda x: x.reshape(*axes, *x.shape[1:]), run(*rows))
 
     @run_all.def_vmap
-    def _(size: int, mapped: Any, states: PhysicsState, ctrl: jax.Array) -> tuple[Any, Any]:
+    def _(
+        size: int, mapped: list[Any], states: PhysicsState, ctrl: Float[Array, "*batch nu"]
+    ) -> tuple[PhysicsState, PhysicsState]:
         full = jax.tree.map(
             lambda x, is_mapped: x if is_mapped else jnp.broadcast_to(x, (size, *x.shape)),
             (states, ctrl),

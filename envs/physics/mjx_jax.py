@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from pigbench.envs.physics.base import PhysicsState
 from pigbench.envs.physics.mjx import MjxPhysics
@@ -47,7 +47,9 @@ class MjxJax(MjxPhysics):
     def _make_data(self, simulations: int) -> Any:
         return self._mjx.make_data(self.scene.model, impl=self.implementation)
 
-    def _simulate(self, substeps: int, states: PhysicsState, ctrl: jax.Array) -> PhysicsState:
+    def _simulate(
+        self, substeps: int, states: PhysicsState, ctrl: Float[Array, "simulation nu"]
+    ) -> PhysicsState:
         with _mended_line_search():
             return super()._simulate(substeps, states, ctrl)
 

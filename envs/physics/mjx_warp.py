@@ -6,8 +6,8 @@
 import importlib.util
 from typing import Any
 
-import jax
 import numpy as np
+from jaxtyping import Array, Bool
 
 from pigbench.envs.physics.mjx import MjxPhysics
 from pigbench.envs.scene import Scene
@@ -46,5 +46,5 @@ class MjxWarp(MjxPhysics):
             njmax=_ROWS * (contacts + model.neq) + int(np.sum(model.jnt_limited)),
         )
 
-    def _overflow(self, data: Any) -> jax.Array:
+    def _overflow(self, data: Any) -> Bool[Array, ""]:
         return (data._impl.overflow & ~int(self._no_overflow)) != 0

@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
+from jaxtyping import Array, Bool, Float
 from mujoco.batch import Batch, SimulationError
 
 from pigbench.envs.physics.base import Factors, Physics, PhysicsState
@@ -38,11 +39,17 @@ class MujocoPhysics(Physics):
         ctrl = jnp.zeros(self.scene.model.nu)
         return self._call(0, state, ctrl, jnp.ones((), bool))
 
-    def _advance(self, state: PhysicsState, ctrl: jax.Array, active: jax.Array) -> PhysicsState:
+    def _advance(
+        self, state: PhysicsState, ctrl: Float[Array, "nu"], active: Bool[Array, ""]
+    ) -> PhysicsState:
         return self._call(SUBSTEPS, state, ctrl, active)
 
     def _call(
-        self, substeps: int, state: PhysicsState, ctrl: jax.Array, active: jax.Array
+        self,
+        substeps: int,
+        state: PhysicsState,
+        ctrl: Float[Array, "nu"],
+        active: Bool[Array, ""],
     ) -> PhysicsState:
         return jax.pure_callback(
             partial(self._run, substeps),
@@ -53,7 +60,13 @@ class MujocoPhysics(Physics):
             vmap_method="broadcast_all",
         )
 
-    def _run(self, substeps: int, state: PhysicsState, ctrl, active) -> PhysicsState:
+    def _run(
+        self,
+        substeps: int,
+        state: PhysicsState,
+        ctrl: Float[Array | np.ndarray, "*batch nu"],
+        active: Bool[Array | np.ndarray, "*batch"],
+    ) -> PhysicsState:
         """The callback on the host, in NumPy; leading dimensions are simulations of one batch."""
         # Fetched before the lock is taken, because it must not be held while waiting for JAX.
         state, ctrl, active = jax.tree.map(np.asarray, (state, ctrl, active))
@@ -61,13 +74,17 @@ class MujocoPhysics(Physics):
             return self._run_batch(substeps, state, ctrl, active)
 
     def _run_batch(
-        self, substeps: int, state: PhysicsState, ctrl: np.ndarray, active: np.ndarray
+        self,
+        substeps: int,
+        state: PhysicsState,
+        ctrl: Float[np.ndarray, "*batch nu"],
+        active: Bool[np.ndarray, "*batch"],
     ) -> PhysicsState:
         batch = self._batch(active.size, varied=state.factors is not None)
         if state.factors is not None:
             _vary(batch, self.scene, state.factors)
 
-        def rows(x) -> np.ndarray:
+        def rows(x: np.ndarray) -> np.ndarray:
             return np.reshape(x, (batch.nsim, -1))
 
         batch.qpos[:] = rows(state.qpos)

@@ -1,21 +1,54 @@
 """The imperfections of a real robot: estimated poses, delays and varying dynamics.
 
-`REAL` is the setting of `cube-centre`; in `Reality()`, everything is zero, so nothing is imperfect.
+These are their settings, available without importing JAX; `sensing` applies them. `REAL` is the
+setting of `cube-centre`; in `Reality()`, everything is zero, so nothing is imperfect.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from flax import struct
 
-from pigbench.envs.control import ACTION_SIZE
-from pigbench.envs.physics import PhysicsState
-from pigbench.envs.reality import delay, estimate, variation
-from pigbench.envs.reality.estimate import PoseEstimate
-from pigbench.envs.reality.variation import Variation
-from pigbench.envs.scene import Scene
+
+@dataclass(frozen=True)
+class PoseEstimate:
+    """The error of an estimated pose; if all fields are 0, the estimate is exact.
+
+    Attributes:
+        position_noise: metres, standard deviation of each coordinate in every frame.
+        yaw_noise: radians, likewise.
+        position_bias: metres, standard deviation of each coordinate's error that lasts an episode.
+        yaw_bias: radians, likewise.
+        misregistration: the probability that an episode's track of a cube starts at a wrong pose.
+        misregistration_bias: metres, replaces `position_bias` in that case.
+        dropout: the probability that a frame is lost.
+        occlusion_distance: metres from the pinch point within which the gripper covers a cube.
+        occluded_dropout: the probability that a frame of a covered cube is lost.
+        latency: control steps from a frame to its estimate.
+    """
+
+    position_noise: float = 0.0
+    yaw_noise: float = 0.0
+    position_bias: float = 0.0
+    yaw_bias: float = 0.0
+    misregistration: float = 0.0
+    misregistration_bias: float = 0.0
+    dropout: float = 0.0
+    occlusion_distance: float = 0.0
+    occluded_dropout: float = 0.0
+    latency: int = 0
+
+
+@dataclass(frozen=True)
+class Variation:
+    """How far an episode's dynamics may deviate from the model's; 0 means not at all.
+
+    Attributes:
+        friction: the largest relative change of the friction of all contacts.
+        mass: the largest relative change of the cubes' masses and inertias.
+    """
+
+    friction: float = 0.0
+    mass: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -60,55 +93,3 @@ REAL = Reality(
     action_delay=1,  # a servo command's time in the controller, rounded up to a control step
     variation=Variation(friction=0.3, mass=0.3),
 )
-
-
-@struct.dataclass
-class Senses:
-    """The state of an episode's imperfections."""
-
-    key: jax.Array  # as raw numbers, because Brax's wrappers and others expect such arrays
-    time: jax.Array  # () control steps, folded into the key for the next draws
-    track: estimate.Track
-    actions: jax.Array  # (action_delay, 5), requested and not yet executed
-
-
-@struct.dataclass
-class World:
-    """A simulation, and the imperfections through which a policy sees it; None without any."""
-
-    physics: PhysicsState
-    senses: Senses | None
-
-
-def begin(key: jax.Array, reality: Reality, scene: Scene, physics: PhysicsState) -> World:
-    """The world at the start of an episode, from a simulation at rest."""
-    factors_key, track_key, key = jax.random.split(key, 3)
-    physics = replace(physics, factors=variation.draw(factors_key, reality.variation))
-    senses = Senses(
-        key=jax.random.key_data(key),
-        time=jnp.zeros((), jnp.int32),
-        track=estimate.begin(track_key, reality.estimate, scene, physics),
-        actions=delay.begin(jnp.zeros(ACTION_SIZE), reality.action_delay),
-    )
-    return World(physics, senses)
-
-
-def act(senses: Senses, action: jax.Array) -> tuple[Senses, jax.Array]:
-    """The senses after `action` (5,) is requested, and the action (5,) that is executed now."""
-    actions, due = delay.push(senses.actions, action)
-    return replace(senses, actions=actions), due
-
-
-def look(reality: Reality, scene: Scene, senses: Senses, physics: PhysicsState) -> Senses:
-    """The senses after a control step that led to `physics`."""
-    key = jax.random.fold_in(jax.random.wrap_key_data(senses.key), senses.time)
-    track = estimate.advance(key, reality.estimate, scene, senses.track, physics)
-    return replace(senses, time=senses.time + 1, track=track)
-
-
-def perceived(scene: Scene, world: World) -> PhysicsState:
-    """The simulation as the policy perceives it, with the cubes at their estimated poses."""
-    if world.senses is None:
-        return world.physics
-    qpos = world.physics.qpos.at[scene.cubes_qpos].set(world.senses.track.known.ravel())
-    return replace(world.physics, qpos=qpos)

@@ -5,66 +5,31 @@ calibration error and a frame's noise. If the cube is not found in a frame, the 
 stays; estimates are known only after a latency of some control steps.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 from flax import struct
+from jaxtyping import Array, Float, PRNGKeyArray
 
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import PhysicsState
-from pigbench.envs.reality import delay
+from pigbench.envs.reality import PoseEstimate, delay
 from pigbench.envs.rotations import quat_product, yaw_quat
 from pigbench.envs.scene import Scene
 
 
-@dataclass(frozen=True)
-class PoseEstimate:
-    """The error of an estimated pose; if all fields are 0, the estimate is exact.
-
-    Attributes:
-        position_noise: metres, standard deviation of each coordinate in every frame.
-        yaw_noise: radians, likewise.
-        position_bias: metres, standard deviation of each coordinate's error that lasts an episode.
-        yaw_bias: radians, likewise.
-        misregistration: the probability that an episode's track of a cube starts at a wrong pose.
-        misregistration_bias: metres, replaces `position_bias` in that case.
-        dropout: the probability that a frame is lost.
-        occlusion_distance: metres from the pinch point within which the gripper covers a cube.
-        occluded_dropout: the probability that a frame of a covered cube is lost.
-        latency: control steps from a frame to its estimate.
-    """
-
-    position_noise: float = 0.0
-    yaw_noise: float = 0.0
-    position_bias: float = 0.0
-    yaw_bias: float = 0.0
-    misregistration: float = 0.0
-    misregistration_bias: float = 0.0
-    dropout: float = 0.0
-    occlusion_distance: float = 0.0
-    occluded_dropout: float = 0.0
-    latency: int = 0
-
-
 @struct.dataclass
 class Track:
-    """The estimates of the cubes' poses, each a position 3 and a quaternion 4.
+    """The estimates of the cubes' poses, each a position 3 and a quaternion 4."""
 
-    Attributes:
-        bias: (num_cubes, 4) in metres and radians of yaw, fixed for the episode.
-        line: (latency, num_cubes, 7), estimates that are not known yet.
-        newest: (num_cubes, 7), the latest estimate made.
-        known: (num_cubes, 7), the latest estimate known.
-    """
-
-    bias: jax.Array
-    line: jax.Array
-    newest: jax.Array
-    known: jax.Array
+    bias: Float[Array, "cube 4"]  # metres and radians of yaw, fixed for the episode
+    line: Float[Array, "latency cube 7"]  # estimates that are not known yet
+    newest: Float[Array, "cube 7"]  # the latest estimate made
+    known: Float[Array, "cube 7"]  # the latest estimate known
 
 
-def begin(key: jax.Array, model: PoseEstimate, scene: Scene, physics: PhysicsState) -> Track:
+def begin(key: PRNGKeyArray, model: PoseEstimate, scene: Scene, physics: PhysicsState) -> Track:
     """The first estimate of an episode, known at once because the scene is at rest."""
     bias_key, wrong_key, noise_key = jax.random.split(key, 3)
     wrong = jax.random.uniform(wrong_key, (scene.num_cubes, 1)) < model.misregistration
@@ -76,7 +41,7 @@ def begin(key: jax.Array, model: PoseEstimate, scene: Scene, physics: PhysicsSta
 
 
 def advance(
-    key: jax.Array, model: PoseEstimate, scene: Scene, track: Track, physics: PhysicsState
+    key: PRNGKeyArray, model: PoseEstimate, scene: Scene, track: Track, physics: PhysicsState
 ) -> Track:
     """The estimates one control step later, with a new frame of the scene."""
     noise_key, loss_key = jax.random.split(key)
@@ -91,13 +56,18 @@ def advance(
     return replace(track, line=line, newest=newest, known=known)
 
 
-def _measure(key: jax.Array, model: PoseEstimate, bias: jax.Array, poses: jax.Array) -> jax.Array:
-    """The estimate (num_cubes, 7) of `poses` from one frame."""
+def _measure(
+    key: PRNGKeyArray,
+    model: PoseEstimate,
+    bias: Float[Array, "cube 4"],
+    poses: Float[Array, "cube 7"],
+) -> Float[Array, "cube 7"]:
+    """The estimate of `poses` from one frame."""
     scale = jnp.array([*[model.position_noise] * 3, model.yaw_noise])
     error = bias + scale * jax.random.normal(key, bias.shape)
     turned = quat_product(yaw_quat(error[:, 3]), poses[:, 3:])
     return jnp.concatenate([poses[:, :3] + error[:, :3], turned], axis=-1)
 
 
-def _poses(scene: Scene, physics: PhysicsState) -> jax.Array:
+def _poses(scene: Scene, physics: PhysicsState) -> Float[Array, "cube 7"]:
     return jnp.concatenate(cube_poses(scene, physics), axis=-1)

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Iterator
+from functools import partial
 
 import jax
 import numpy as np
@@ -16,10 +17,11 @@ from pigbench.fidelity import peer
 def generation(environment: str) -> Contender:
     """Play data, including the choice of actions; an item is a control step."""
     env = peer.make(environment, mode="data_collection")
+    episode = partial(peer.episode, env, "play", stacking=envs.SPECS[environment].stacking)
     return _contender(
         step
         for seed in itertools.count()
-        for step in itertools.islice(peer.episode(env, "play", seed=seed), EPISODE_ROWS)
+        for step in itertools.islice(episode(seed=seed), EPISODE_ROWS)
     )
 
 

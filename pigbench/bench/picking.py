@@ -52,7 +52,7 @@ def pick_and_place(env: "envs.CubeEnv", count: int) -> Picks:
 
     Cubes of a random scene may touch from the start: not every plan succeeds, nor does it in C.
     """
-    policy = PlayPolicy(env.scene)
+    policy = PlayPolicy(env.spec, env.scene)
 
     @jax.jit
     def play(key: jax.Array):

@@ -47,7 +47,7 @@ def engine(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
 
     In C this is MuJoCo's own batch of simulations, filled with the states of each step.
     """
-    policy = POLICIES["play"](env.scene)
+    policy = POLICIES["play"](env.spec, env.scene)
     _, start = _under_way(env, simulations)
 
     def record(batch: Simulation, _: None):
@@ -71,7 +71,7 @@ def engine(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
 
 def _under_way(env: "envs.CubeEnv", simulations: int) -> tuple[Run, Simulation]:
     """A function that collects a chunk of play data, and the simulations to start it from."""
-    policy = POLICIES["play"](env.scene)
+    policy = POLICIES["play"](env.spec, env.scene)
     run = jax.jit(lambda batch: collect.run(env, policy, batch, steps=_CHUNK))
     begin = jax.jit(jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool))))
     start = begin(jax.random.split(jax.random.key(0), simulations))

@@ -48,7 +48,7 @@ def _write(environment: str, transitions: int, folder: Path) -> None:
         action_size=env.action_size,
         versions=package_versions(),
     )
-    simulate = collect.simulator(env, POLICIES["play"](env.scene), spec)
+    simulate = collect.simulator(env, POLICIES["play"](env.spec, env.scene), spec)
     with Progress("simulating", total=EPISODE_ROWS, unit="control steps") as progress:
         simulated = simulate(Shard("", "train", 0, _SIMULATED), progress.advance).arrays
     arrays = {

@@ -43,7 +43,7 @@ class Generate:
     policy: str | None = None
     """Scripted policy: play follows noisy plans, noisy reacts to the scene with noisy actions,
     replan plans anew at every step, like a robot that has only estimates. By default the
-    environment's own: play, or replan for cube-centre."""
+    environment's own, which is play for all but cube-centre."""
     episodes: int = 1000
     """Episodes in the training split."""
     validation_episodes: int | None = None
@@ -110,7 +110,7 @@ class Generate:
     @contextlib.contextmanager
     def _source(self, env: "envs.CubeEnv", spec: Spec) -> Iterator[collect.Source]:
         if self.cluster.ray is None:
-            yield collect.here(env, POLICIES[spec.policy](env.scene), spec)
+            yield collect.here(env, POLICIES[spec.policy](env.spec, env.scene), spec)
         else:
             with self.cluster.connected() as tasks:
                 yield remote.source(spec, tasks)

@@ -10,7 +10,6 @@ import tyro
 
 from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
-from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
 from pigbench.errors import lookup, require, unknown_name
 from pigbench.seeds import Seed
@@ -76,8 +75,7 @@ class Render:
         task = 1 if self.task is None else self.task
         env.check_task(task)
         state = jax.jit(env.reset_task)(seeds.key(self.seed), task)
-        physics_state: PhysicsState = state.pipeline_state  # pyright: ignore[reportAssignmentType]
-        qpos, goal = np.asarray(physics_state.qpos), np.asarray(state.info["target"])
+        qpos, goal = np.asarray(env.simulation(state).qpos), np.asarray(state.info["target"])
         with Renderer(env.spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
             picture = renderer.draw(qpos, goal)
         pictures.write_png(self.out, picture)

@@ -14,9 +14,9 @@ from pigbench import envs, seeds
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.shard import DTYPES
 from pigbench.data.writer import Writer
-from pigbench.envs.oracles import Policy
+from pigbench.envs.oracles import ScriptedPolicy
 from pigbench.envs.physics import warn_of_overflow
-from pigbench.envs.reality import World
+from pigbench.envs.reality.sensing import World
 from pigbench.support import files
 from pigbench.support.progress import Progress
 
@@ -55,7 +55,11 @@ class Simulation(NamedTuple):
 
 
 def write_missing(
-    env: "envs.CubeEnv", policy: Policy | type[Policy], spec: Spec, writer: Writer, source: Source
+    env: "envs.CubeEnv",
+    policy: ScriptedPolicy | type[ScriptedPolicy],
+    spec: Spec,
+    writer: Writer,
+    source: Source,
 ) -> None:
     """Write every shard that the data set still lacks, simulated by `source`.
 
@@ -78,7 +82,7 @@ def write_missing(
             writer.write(shard, episodes.arrays, dropped=episodes.dropped)
 
 
-def here(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Source:
+def here(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> Source:
     """Simulate shards one after another, each on all cores of this machine."""
     simulate = simulator(env, policy, spec)
 
@@ -89,7 +93,7 @@ def here(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Source:
     return simulated
 
 
-def simulator(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Simulator:
+def simulator(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> Simulator:
     """A simulator of the shards of `spec`.
 
     A shard's episodes depend only on the seed, the shard's number and their place in it; those
@@ -121,7 +125,7 @@ def simulator(env: "envs.CubeEnv", policy: Policy, spec: Spec) -> Simulator:
     return simulate
 
 
-def most_rows(policy: Policy | type[Policy], rows: int) -> int:
+def most_rows(policy: ScriptedPolicy | type[ScriptedPolicy], rows: int) -> int:
     """The most rows of an episode: the policy's own limit if it has one, else `rows`."""
     return policy.episode_rows or rows
 
@@ -149,7 +153,9 @@ def _chunk(rows: int) -> int:
     return max(steps for steps in range(1, _LONGEST_CHUNK + 1) if rows % steps == 0)
 
 
-def begin(env: "envs.CubeEnv", policy: Policy, key: jax.Array, vacant: jax.Array) -> Simulation:
+def begin(
+    env: "envs.CubeEnv", policy: ScriptedPolicy, key: jax.Array, vacant: jax.Array
+) -> Simulation:
     """An episode at its start: a random scene and the policy's first plan for it."""
     scene_key, policy_key, key = jax.random.split(key, 3)
     world = env.begin(scene_key, env.random_scene(scene_key))
@@ -158,7 +164,7 @@ def begin(env: "envs.CubeEnv", policy: Policy, key: jax.Array, vacant: jax.Array
 
 
 def run(
-    env: "envs.CubeEnv", policy: Policy, simulations: Simulation, *, steps: int
+    env: "envs.CubeEnv", policy: ScriptedPolicy, simulations: Simulation, *, steps: int
 ) -> tuple[Simulation, dict[str, jax.Array]]:
     """Advance a batch of simulations; also returns the rows by field, (steps, batch, ...)."""
     one = partial(step, env, policy)
@@ -166,7 +172,7 @@ def run(
 
 
 def step(
-    env: "envs.CubeEnv", policy: Policy, simulation: Simulation
+    env: "envs.CubeEnv", policy: ScriptedPolicy, simulation: Simulation
 ) -> tuple[Simulation, dict[str, jax.Array]]:
     """Do one control step; also returns the row, by field, of the state and action before it."""
     key, act_key, advance_key = jax.random.split(simulation.key, 3)

@@ -43,4 +43,4 @@ def _simulator(content: str, files: tuple[str, ...]) -> Simulator:
     spec = spec_of(content)
     env = envs.make(spec.environment, engine=spec.engine, profile=spec.physics)
     policy: Any = POLICIES[spec.policy]
-    return collect.simulator(env, policy(env.scene), spec)
+    return collect.simulator(env, policy(env.spec, env.scene), spec)

@@ -5,24 +5,24 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
+from jaxtyping import Bool
 from scipy import stats
 
 from pigbench import envs
 from pigbench.agents import Agent, Params
-from pigbench.envs.physics import PhysicsState
 from pigbench.fidelity import peer
 from pigbench.training import evaluate
 from pigbench.training.evaluate import Evaluation, Report, make_evaluator
 
 
 class Successes(NamedTuple):
-    """Which episodes succeeded, (tasks, episodes) bool; both of a pair have one start and goal."""
+    """Which episodes succeeded; both of a pair have one start and goal."""
 
-    ours: np.ndarray
-    theirs: np.ndarray
+    ours: Bool[np.ndarray, "task episode"]
+    theirs: Bool[np.ndarray, "task episode"]
 
 
-class Comparison(NamedTuple):
+class PairCounts(NamedTuple):
     """Counts of pairs by outcome, and the probability of so uneven a split by chance alone."""
 
     both: int
@@ -41,9 +41,9 @@ def simulate(
     """
     ours = make_evaluator(env, agent, evaluation)(params, lambda _: None)["success"]
     rollout = jax.jit(partial(evaluate.begin, env, evaluation))()
-    starts: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
+    states = rollout.states
     qpos, target, goals = jax.device_get(
-        (starts.qpos, rollout.states.info["target"], rollout.states.info["goal"])
+        (env.simulation(states).qpos, states.info["target"], states.info["goal"])
     )
     act = jax.jit(partial(evaluate.action, agent))
     simulator = peer.make(env.spec.name, mode="task")
@@ -67,12 +67,12 @@ def simulate(
     return Successes(ours, theirs.reshape(ours.shape))
 
 
-def compare(successes: Successes) -> Comparison:
+def compare(successes: Successes) -> PairCounts:
     """The counts and the p-value of McNemar's exact test."""
     ours, theirs = successes
     only_ours, only_theirs = int((ours & ~theirs).sum()), int((theirs & ~ours).sum())
     unlike = only_ours + only_theirs
-    return Comparison(
+    return PairCounts(
         both=int((ours & theirs).sum()),
         only_ours=only_ours,
         only_theirs=only_theirs,

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float, Key, Shaped
 from scipy import stats
 
 from pigbench import envs, seeds
@@ -13,27 +14,30 @@ from pigbench.data import collect
 from pigbench.data.collect import Simulation
 from pigbench.envs import workspace
 from pigbench.envs.observation import cube_poses, gripper_contact
-from pigbench.envs.oracles import POLICIES, Policy
+from pigbench.envs.oracles import POLICIES, ScriptedPolicy
 from pigbench.envs.oracles.targets import ON_TOP_DISTANCE
 from pigbench.envs.scene import CUBE_HALF_SIZE, Scene
 from pigbench.envs.tasks import SUCCESS_DISTANCE
 from pigbench.errors import lookup
-from pigbench.fidelity.recording import Recording
+from pigbench.fidelity.recording import PeerRecording
 from pigbench.fidelity.replay import TOUCH
 
 _CELL = 0.05  # metres, cell size of the grid in which the workspace's coverage is counted
 _LEVEL = 0.01  # metres by which a resting cube may be higher or lower than an edge's length
 
 
-class Episode(NamedTuple):
-    """One episode of T control steps from either source: NumPy arrays, or JAX's in simulation."""
+class ScriptedEpisode(NamedTuple):
+    """One episode from either source: NumPy arrays, or JAX's in simulation."""
 
-    cubes: Any  # (T, cubes, 3) metres
-    pinch: Any  # (T, 3) metres
-    contact: Any  # (T,)
-    actions: Any  # (T, 5)
-    ended: Any  # (T,) bool: the sub-task ended with this step
-    success: Any  # (T,) bool: its cube is then at its target
+    cubes: Float[Array | np.ndarray, "time cube 3"]  # metres
+    pinch: Float[Array | np.ndarray, "time 3"]  # metres
+    contact: Float[Array | np.ndarray, "time"]
+    actions: Float[Array | np.ndarray, "time action"]
+    ended: Bool[Array | np.ndarray, "time"]  # the sub-task ended with this step
+    success: Bool[Array | np.ndarray, "time"]  # its cube is then at its target
+
+
+Values = Shaped[Array | np.ndarray, "value"]
 
 
 class Comparison(NamedTuple):
@@ -48,15 +52,15 @@ class Comparison(NamedTuple):
     p_value: float
 
 
-def _duration(episode: Episode) -> np.ndarray:
+def _duration(episode: ScriptedEpisode) -> Values:
     return np.diff(np.flatnonzero(episode.ended), prepend=-1)
 
 
-def _success(episode: Episode) -> np.ndarray:
+def _success(episode: ScriptedEpisode) -> Values:
     return episode.success[episode.ended]
 
 
-def _stacked(episode: Episode) -> np.ndarray:
+def _stacked(episode: ScriptedEpisode) -> Values:
     """Whether some cube rests on another, per control step."""
     offset = episode.cubes[:, :, None] - episode.cubes[:, None]
     near = np.linalg.norm(offset[..., :2], axis=-1) < ON_TOP_DISTANCE
@@ -64,7 +68,7 @@ def _stacked(episode: Episode) -> np.ndarray:
     return (near & on_top).any(axis=(1, 2))
 
 
-def _coverage(episode: Episode) -> np.ndarray:
+def _coverage(episode: ScriptedEpisode) -> Values:
     """The share of the workspace's cells that the pinch point visited."""
     low, high = np.array(workspace.PINCH.low), np.array(workspace.PINCH.high)
     shape = np.ceil((high - low) / _CELL).astype(int)
@@ -73,7 +77,7 @@ def _coverage(episode: Episode) -> np.ndarray:
     return np.array([len(visited) / shape.prod()])
 
 
-QUANTITIES: Mapping[str, Callable[[Episode], np.ndarray]] = {
+QUANTITIES: Mapping[str, Callable[[ScriptedEpisode], Values]] = {
     "height of the highest cube (m)": lambda episode: episode.cubes[..., 2].max(axis=-1),
     "a cube on another": _stacked,
     "gripper touches": lambda episode: episode.contact > TOUCH,
@@ -84,10 +88,12 @@ QUANTITIES: Mapping[str, Callable[[Episode], np.ndarray]] = {
     "size of the gripper's action": lambda episode: np.abs(episode.actions[:, 4]),
     "share of the workspace visited": _coverage,
 }
-"""Name -> the quantity's values in an episode, (values,)."""
+"""Name -> the quantity's values in an episode."""
 
 
-def compare(theirs: Sequence[Episode], ours: Sequence[Episode]) -> dict[str, Comparison]:
+def compare(
+    theirs: Sequence[ScriptedEpisode], ours: Sequence[ScriptedEpisode]
+) -> dict[str, Comparison]:
     """Compare every quantity that varies at all, by name.
 
     Episodes in which a quantity has no value, such as a sub-task that never ends, do not count.
@@ -105,10 +111,10 @@ def compare(theirs: Sequence[Episode], ours: Sequence[Episode]) -> dict[str, Com
     return comparisons
 
 
-def of_recording(scene: Scene, recording: Recording) -> Episode:
+def of_recording(scene: Scene, recording: PeerRecording) -> ScriptedEpisode:
     """A recorded episode from OGBench."""
     poses = recording.qpos[:-1, scene.cubes_qpos].reshape(-1, scene.num_cubes, 7)
-    return Episode(
+    return ScriptedEpisode(
         cubes=poses[..., :3],
         pinch=recording.pinch_pos[:-1],
         contact=recording.contact[:-1],
@@ -120,16 +126,16 @@ def of_recording(scene: Scene, recording: Recording) -> Episode:
 
 def simulate(
     env: "envs.CubeEnv", policy_name: str, *, episodes: int, steps: int, seed: int
-) -> list[Episode]:
+) -> list[ScriptedEpisode]:
     """Simulate episodes of the named policy in our simulation."""
-    policy: Policy[Any] = lookup("policy", POLICIES, policy_name)(env.scene)
+    policy: ScriptedPolicy[Any] = lookup("policy", POLICIES, policy_name)(env.spec, env.scene)
 
-    def step(simulation: Simulation) -> tuple[Simulation, Episode]:
+    def step(simulation: Simulation) -> tuple[Simulation, ScriptedEpisode]:
         before, target = simulation.world.physics, simulation.policy.target
         ended = policy.ended(simulation.policy)
         simulation, row = collect.step(env, policy, simulation)
         after = cube_poses(env.scene, simulation.world.physics)[0][target.cube]
-        return simulation, Episode(
+        return simulation, ScriptedEpisode(
             cubes=cube_poses(env.scene, before)[0],
             pinch=before.pinch_pos,
             contact=gripper_contact(before),
@@ -139,7 +145,7 @@ def simulate(
         )
 
     @jax.jit
-    def run(keys: jax.Array) -> Episode:
+    def run(keys: Key[Array, "episode"]) -> ScriptedEpisode:
         simulations = jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool)))(
             keys
         )

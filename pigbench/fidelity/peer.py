@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.envs.oracles.noisy import MAX_NOISE, NOISE_SCALE
-from pigbench.envs.oracles.targets import STACKING
 from pigbench.errors import UserError, lookup
 
 NAME = "ogbench"
@@ -31,7 +31,7 @@ class Step(NamedTuple):
     """One control step of OGBench's generator, with its environment's info before and after."""
 
     before: Info
-    action: np.ndarray  # (5,) in [-1, 1]
+    action: Float[np.ndarray, "action"]  # in [-1, 1]
     after: Info
     ended: bool  # whether the sub-task ended with this step
 
@@ -57,10 +57,13 @@ def oracle(env: Any, policy: str) -> Any:
     return getattr(require(module), name)(env=env)
 
 
-def episode(env: Any, policy: str, *, seed: int) -> Iterator[Step]:
-    """Steps of an endless episode. Draws from NumPy's global random stream, as the oracles do."""
+def episode(env: Any, policy: str, *, seed: int, stacking: tuple[float, float]) -> Iterator[Step]:
+    """Steps of an endless episode. Draws from NumPy's global random stream, as the oracles do.
+
+    The probability of putting a cube on another is drawn from the range `stacking`.
+    """
     draws = np.random.default_rng(seed)
-    stacking = draws.uniform(*STACKING[env._num_cubes])
+    p_stack = draws.uniform(*stacking)
     noise = draws.uniform(0, MAX_NOISE) * np.array(NOISE_SCALE) * (policy == "noisy")
     agent = oracle(env, policy)
     observation, info = env.reset(seed=seed)
@@ -75,12 +78,14 @@ def episode(env: Any, policy: str, *, seed: int) -> Iterator[Step]:
         observation, _, _, _, info = env.step(action)
         yield Step(before, action, info, agent.done)
         if agent.done:
-            observation, info = env.set_new_target(p_stack=stacking)
+            observation, info = env.set_new_target(p_stack=p_stack)
             agent.reset(observation, info)
 
 
-def place(env: Any, qpos: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Set the scene at rest to qpos (nq,), and the cubes' targets to (num_cubes, 3) metres.
+def place(
+    env: Any, qpos: Float[np.ndarray, "nq"], targets: Float[np.ndarray, "cube 3"]
+) -> Float[np.ndarray, "observation"]:
+    """Set the scene at rest to `qpos`, and the cubes' targets, in metres.
 
     Returns the observation. The environment must have been reset once.
     """

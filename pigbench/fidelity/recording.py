@@ -5,32 +5,34 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Bool, Float, Int, Shaped
 
+from pigbench import envs
 from pigbench.fidelity import peer
 from pigbench.fidelity.peer import Info, Step
 
 _REPORT_EVERY = 100  # control steps
 
 
-class Recording(NamedTuple):
-    """One episode of T control steps, with the states before each step and the last one.
+class PeerRecording(NamedTuple):
+    """One episode of control steps, with the states before each step and the last one.
 
     `contact` is the gripper's contact number and `opening` its opening, both in [0, 1].
     """
 
-    qpos: np.ndarray  # (T + 1, nq)
-    qvel: np.ndarray  # (T + 1, nv)
-    warmstart: np.ndarray  # (T, nv)
-    pinch_pos: np.ndarray  # (T + 1, 3) metres
-    pinch_yaw: np.ndarray  # (T + 1,) radians
-    opening: np.ndarray  # (T + 1,)
-    contact: np.ndarray  # (T + 1,)
-    observations: np.ndarray  # (T, observation size)
-    actions: np.ndarray  # (T, 5)
-    ended: np.ndarray  # (T,) bool: the sub-task ended with this step
-    success: np.ndarray  # (T,) bool: its cube is then at its target
-    cube: np.ndarray  # (T,) the sub-task's cube
-    target: np.ndarray  # (T, 3) metres, that cube's target
+    qpos: Float[np.ndarray, "time+1 nq"]
+    qvel: Float[np.ndarray, "time+1 nv"]
+    warmstart: Float[np.ndarray, "time nv"]
+    pinch_pos: Float[np.ndarray, "time+1 3"]  # metres
+    pinch_yaw: Float[np.ndarray, "time+1"]  # radians
+    opening: Float[np.ndarray, "time+1"]
+    contact: Float[np.ndarray, "time+1"]
+    observations: Float[np.ndarray, "time observation"]
+    actions: Float[np.ndarray, "time action"]
+    ended: Bool[np.ndarray, "time"]  # the sub-task ended with this step
+    success: Bool[np.ndarray, "time"]  # its cube is then at its target
+    cube: Int[np.ndarray, "time"]  # the sub-task's cube
+    target: Float[np.ndarray, "time 3"]  # metres, that cube's target
 
 
 def record(
@@ -41,14 +43,16 @@ def record(
     steps: int,
     seed: int,
     report: Callable[[int], object] = lambda _: None,
-) -> list[Recording]:
+) -> list[PeerRecording]:
     """Record episodes of `steps` control steps; `report` is called with how many more are done."""
     env = peer.make(environment, mode="data_collection")
+    stacking = envs.SPECS[environment].stacking
     recordings = []
-    for number in range(episodes):
-        with peer.numpy_seed(seed + number):
+    for number in range(seed, seed + episodes):
+        with peer.numpy_seed(number):
             taken: list[Step] = []
-            for step in itertools.islice(peer.episode(env, policy, seed=seed + number), steps):
+            episode = peer.episode(env, policy, seed=number, stacking=stacking)
+            for step in itertools.islice(episode, steps):
                 taken.append(step)
                 if len(taken) % _REPORT_EVERY == 0:
                     report(_REPORT_EVERY)
@@ -57,14 +61,14 @@ def record(
     return recordings
 
 
-def _as_arrays(steps: Sequence[Step]) -> Recording:
+def _as_arrays(steps: Sequence[Step]) -> PeerRecording:
     before = [step.before for step in steps]
     states = [*before, steps[-1].after]
 
-    def column(infos: Sequence[Info], name: str) -> np.ndarray:
+    def column(infos: Sequence[Info], name: str) -> Shaped[np.ndarray, "row *value"]:
         return np.array([np.squeeze(info[name]) for info in infos])
 
-    return Recording(
+    return PeerRecording(
         qpos=column(states, "qpos"),
         qvel=column(states, "qvel"),
         warmstart=column(before, "warmstart"),

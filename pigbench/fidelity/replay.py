@@ -8,6 +8,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float, Int, Shaped
 
 from pigbench import envs
 from pigbench.envs.observation import (
@@ -19,7 +20,7 @@ from pigbench.envs.observation import (
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import CUBE_HALF_SIZE, Scene
 from pigbench.envs.tasks import SUCCESS_DISTANCE
-from pigbench.fidelity.recording import Recording
+from pigbench.fidelity.recording import PeerRecording
 
 WINDOW = 50  # control steps
 TOUCH = 0.01  # contact above which the gripper touches something
@@ -27,43 +28,43 @@ LIFTED = 2 * CUBE_HALF_SIZE  # metres above the table beyond which a cube's cent
 SITUATIONS = FREE, TOUCHING, CARRYING = "free", "touching", "carrying"
 
 
-class Motion(NamedTuple):
-    """The compared quantities of N simulations after each of T control steps."""
+class SceneMotion(NamedTuple):
+    """The compared quantities of simulations after each control step."""
 
-    pinch_pos: np.ndarray  # (T, N, 3) metres
-    opening: np.ndarray  # (T, N)
-    contact: np.ndarray  # (T, N)
-    cube_pos: np.ndarray  # (T, N, cubes, 3) metres
-    cube_quat: np.ndarray  # (T, N, cubes, 4)
+    pinch_pos: Float[np.ndarray, "time simulation 3"]  # metres
+    opening: Float[np.ndarray, "time simulation"]
+    contact: Float[np.ndarray, "time simulation"]
+    cube_pos: Float[np.ndarray, "time simulation cube 3"]  # metres
+    cube_quat: Float[np.ndarray, "time simulation cube 4"]
 
 
 class Errors(NamedTuple):
-    """Differences between two motions, (T, N); those of cubes are the largest over cubes."""
+    """Differences between two motions; those of cubes are the largest over cubes."""
 
-    pinch: np.ndarray  # metres
-    opening: np.ndarray
-    contact: np.ndarray
-    cube: np.ndarray  # metres
-    turn: np.ndarray  # radians
+    pinch: Float[np.ndarray, "time simulation"]  # metres
+    opening: Float[np.ndarray, "time simulation"]
+    contact: Float[np.ndarray, "time simulation"]
+    cube: Float[np.ndarray, "time simulation"]  # metres
+    turn: Float[np.ndarray, "time simulation"]  # radians
 
 
 class Windows(NamedTuple):
-    """N windows of T = WINDOW control steps, and the errors in each."""
+    """Windows of WINDOW control steps, and the errors in each."""
 
-    situations: np.ndarray  # (T, N): FREE, TOUCHING or CARRYING at some time so far
+    situations: Shaped[np.ndarray, "time window"]  # FREE, TOUCHING or CARRYING at some time so far
     errors: Errors
 
 
 class Outcomes(NamedTuple):
-    """Outcomes of N whole sub-tasks, (N,) bool: as recorded, and as replayed here."""
+    """Outcomes of whole sub-tasks: as recorded, and as replayed here."""
 
-    grasped: np.ndarray
-    placed: np.ndarray
-    grasped_here: np.ndarray
-    placed_here: np.ndarray
+    grasped: Bool[np.ndarray, "subtask"]
+    placed: Bool[np.ndarray, "subtask"]
+    grasped_here: Bool[np.ndarray, "subtask"]
+    placed_here: Bool[np.ndarray, "subtask"]
 
 
-def windows(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Windows:
+def windows(env: "envs.CubeEnv", recordings: Sequence[PeerRecording]) -> Windows:
     """Replay consecutive, disjoint windows of all recordings."""
     places = [
         (recording, begin)
@@ -75,7 +76,7 @@ def windows(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Windows:
     return Windows(_situations(theirs), _errors(ours, theirs))
 
 
-def outcomes(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Outcomes:
+def outcomes(env: "envs.CubeEnv", recordings: Sequence[PeerRecording]) -> Outcomes:
     """Replay whole sub-tasks; those cut off by an episode's end are left out."""
     places, lengths = [], []
     for recording in recordings:
@@ -89,11 +90,11 @@ def outcomes(env: "envs.CubeEnv", recordings: Sequence[Recording]) -> Outcomes:
     return Outcomes(*there, *here)
 
 
-Places = Sequence[tuple[Recording, int]]
+Places = Sequence[tuple[PeerRecording, int]]
 """Recordings and the rows from which they are replayed."""
 
 
-def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
+def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> SceneMotion:
     """Simulate here from the recorded states, with the recorded actions."""
     blank = jax.device_get(jax.jit(env.physics.init)(jnp.asarray(env.scene.home_qpos)))
     starts = [_start(blank, recording, row) for recording, row in places]
@@ -101,8 +102,10 @@ def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
     actions = np.stack([_stretch(r.actions, row, steps) for r, row in places], axis=1)
 
     @jax.jit
-    def run(states: PhysicsState, actions: jax.Array) -> PhysicsState:
-        def step(states: PhysicsState, actions: jax.Array) -> tuple[PhysicsState, PhysicsState]:
+    def run(states: PhysicsState, actions: Float[Array, "time simulation action"]) -> PhysicsState:
+        def step(
+            states: PhysicsState, actions: Float[Array, "simulation action"]
+        ) -> tuple[PhysicsState, PhysicsState]:
             states = jax.vmap(env.simulate)(states, actions)
             return states, states
 
@@ -110,7 +113,7 @@ def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
 
     trajectory = run(states, actions.astype(np.float32))
     position, quat = jax.vmap(jax.vmap(partial(cube_poses, env.scene)))(trajectory)
-    return Motion(
+    return SceneMotion(
         pinch_pos=np.asarray(trajectory.pinch_pos),
         opening=np.asarray(jax.vmap(jax.vmap(partial(gripper_opening, env.scene)))(trajectory)),
         contact=np.asarray(gripper_contact(trajectory)),
@@ -119,7 +122,7 @@ def _replay(env: "envs.CubeEnv", places: Places, steps: int) -> Motion:
     )
 
 
-def _start(blank: PhysicsState, recording: Recording, row: int) -> PhysicsState:
+def _start(blank: PhysicsState, recording: PeerRecording, row: int) -> PhysicsState:
     """The recorded state, with what a control step passes on to the next."""
     return replace(
         blank,
@@ -132,13 +135,13 @@ def _start(blank: PhysicsState, recording: Recording, row: int) -> PhysicsState:
     )
 
 
-def _recorded(scene: Scene, places: Places, steps: int) -> Motion:
-    def column(name: str) -> np.ndarray:
+def _recorded(scene: Scene, places: Places, steps: int) -> SceneMotion:
+    def column(name: str) -> Shaped[np.ndarray, "time simulation *value"]:
         return np.stack([_stretch(getattr(r, name)[1:], row, steps) for r, row in places], axis=1)
 
     poses = column("qpos")[..., scene.cubes_qpos]
     poses = poses.reshape(*poses.shape[:2], scene.num_cubes, 7)
-    return Motion(
+    return SceneMotion(
         pinch_pos=column("pinch_pos"),
         opening=column("opening"),
         contact=column("contact"),
@@ -147,13 +150,15 @@ def _recorded(scene: Scene, places: Places, steps: int) -> Motion:
     )
 
 
-def _stretch(rows: np.ndarray, begin: int, steps: int) -> np.ndarray:
+def _stretch(
+    rows: Shaped[np.ndarray, "row *value"], begin: int, steps: int
+) -> Shaped[np.ndarray, "steps *value"]:
     """`steps` rows from `begin`; the last row is repeated beyond the end."""
     return rows[np.minimum(np.arange(begin, begin + steps), len(rows) - 1)]
 
 
-def _errors(ours: Motion, theirs: Motion) -> Errors:
-    def distance(name: str) -> np.ndarray:
+def _errors(ours: SceneMotion, theirs: SceneMotion) -> Errors:
+    def distance(name: str) -> Float[np.ndarray, "*axes"]:
         return np.linalg.norm(getattr(ours, name) - getattr(theirs, name), axis=-1)
 
     # A quaternion and its negative are the same orientation.
@@ -167,19 +172,21 @@ def _errors(ours: Motion, theirs: Motion) -> Errors:
     )
 
 
-def _situations(motion: Motion) -> np.ndarray:
+def _situations(motion: SceneMotion) -> Shaped[np.ndarray, "time simulation"]:
     touching = motion.contact > TOUCH
     carrying = touching & (motion.cube_pos[..., 2] > LIFTED).any(axis=-1)
     so_far = [np.logical_or.accumulate(flags) for flags in (carrying, touching)]
     return np.select(so_far, [CARRYING, TOUCHING], FREE)
 
 
-def _outcome(motion: Motion, places: Places, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _outcome(
+    motion: SceneMotion, places: Places, lengths: Int[np.ndarray, "subtask"]
+) -> tuple[Bool[np.ndarray, "subtask"], Bool[np.ndarray, "subtask"]]:
     """Whether the sub-task's cube was ever grasped, and whether it ended at its target."""
     number = np.arange(len(places))
     cubes = np.array([recording.cube[row] for recording, row in places])
     targets = np.array([recording.target[row] for recording, row in places])
-    cube = motion.cube_pos[:, number, cubes]  # (T, N, 3)
+    cube = motion.cube_pos[:, number, cubes]
     under_way = np.arange(len(cube))[:, None] < lengths
     risen = cube[..., 2] > cube[0, :, 2] + CUBE_HALF_SIZE
     grasped = np.asarray((risen & (motion.contact > TOUCH) & under_way).any(axis=0))

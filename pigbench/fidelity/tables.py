@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
+from jaxtyping import Bool
 
 from pigbench.fidelity import closed_loop, peer, replay
 from pigbench.fidelity.closed_loop import Successes
@@ -96,5 +97,5 @@ def _pair_line(name: str, successes: Successes) -> tuple[str, ...]:
     return (name, *map(str, counts), *map(_share, successes), f"{p:.2g}")
 
 
-def _share(flags: np.ndarray) -> str:
+def _share(flags: Bool[np.ndarray, "*axes"]) -> str:
     return f"{100 * flags.mean():.1f} %"

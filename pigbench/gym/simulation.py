@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from gymnasium import spaces
+from jaxtyping import Array, Float, Int, Key, UInt8
 
 from pigbench import envs, seeds
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.envs import State
-from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.envs.units import metres
@@ -19,10 +19,12 @@ from pigbench.errors import UserError, lookup
 
 RENDER_MODE = "rgb_array"
 RESET_OPTIONS = ("task_id", "render_goal")
+Picture = UInt8[np.ndarray, "height width 3"]
+
 METADATA = {"render_modes": [RENDER_MODE], "render_fps": round(1 / CONTROL_STEP)}
 
 
-class Simulation:
+class CompiledEnv:
     """An environment's compiled functions and its spaces.
 
     `goals` is the representation of goals: the whole state ("state") or the cubes' positions
@@ -58,18 +60,20 @@ class Simulation:
 
     @property
     def task_infos(self) -> list[dict[str, Any]]:
-        """The tasks in order, in OGBench's form; positions are (num_cubes, 3) in metres."""
+        """The tasks in order, in OGBench's form; positions are in metres, one row per cube."""
         return [
             {"task_name": task.name, "init_xyzs": task.start_xyz, "goal_xyzs": task.goal_xyz}
             for task in self.env.spec.tasks
         ]
 
-    def keys(self, draws: np.random.Generator, count: int) -> jax.Array:
-        """`count` random keys, (count,)."""
+    def keys(self, draws: np.random.Generator, count: int) -> Key[Array, "count"]:
+        """`count` random keys."""
         return jax.random.split(seeds.key(int(draws.integers(2**32))), count)
 
-    def tasks(self, draws: np.random.Generator, options: Mapping[str, Any], count: int) -> Any:
-        """Task ids (count,) from `options`, or else drawn. Raises UserError for invalid ids."""
+    def tasks(
+        self, draws: np.random.Generator, options: Mapping[str, Any], count: int
+    ) -> Int[np.ndarray, "count"]:
+        """`count` task ids from `options`, or else drawn. Raises UserError for invalid ids."""
         last = self.env.num_tasks
         if "task_id" not in options:
             return draws.integers(1, last + 1, count)
@@ -82,25 +86,24 @@ class Simulation:
             )
         return np.broadcast_to(tasks, (count,))
 
-    def actions(self, given: Any, count: int) -> np.ndarray:
-        """`given` as an array (count, action_size). Raises UserError for another shape."""
+    def actions(self, given: object, count: int) -> Float[np.ndarray, "count action"]:
+        """`given` as an array of `count` actions. Raises UserError for another shape."""
         actions, shape = np.asarray(given, np.float32), (count, self.env.action_size)
         if actions.shape != shape:
             raise UserError(f"actions have shape {actions.shape}: it must be {shape}")
         return actions
 
-    def goals(self, states: State) -> np.ndarray:
-        """The goals' representations, (count, ...)."""
+    def goals(self, states: State) -> Float[np.ndarray, "count goal"]:
+        """The goals' representations."""
         return np.asarray(self.represent(states.info["goal"]))
 
-    def draw(self, states: State, index: int) -> np.ndarray:
-        """A picture of a state with a translucent goal, (height, width, 3) uint8."""
-        physics: PhysicsState = states.pipeline_state  # pyright: ignore[reportAssignmentType]
+    def draw(self, states: State, index: int) -> Picture:
+        """A picture of a state with a translucent goal."""
         target = np.asarray(states.info["target"][index])
-        return self._draw(np.asarray(physics.qpos[index]), target)
+        return self._draw(np.asarray(self.env.simulation(states).qpos[index]), target)
 
-    def draw_goal(self, states: State, index: int) -> np.ndarray:
-        """A picture of the goal, (height, width, 3): its arm and cubes, with the gripper open."""
+    def draw_goal(self, states: State, index: int) -> Picture:
+        """A picture of the goal: its arm and cubes, with the gripper open."""
         goal, layout, scene = states.info["goal"][index], self.env.layout, self.env.scene
         cubes = jnp.concatenate(
             [
@@ -121,7 +124,9 @@ class Simulation:
             self._renderer.__exit__()
             self._renderer = None
 
-    def _draw(self, qpos: np.ndarray, target: np.ndarray | None) -> np.ndarray:
+    def _draw(
+        self, qpos: Float[np.ndarray, "nq"], target: Float[np.ndarray, "cube 3"] | None
+    ) -> Picture:
         if self._renderer is None:
             self._renderer = Renderer(
                 self.env.spec.num_cubes, height=self._height, width=self._width
@@ -136,6 +141,6 @@ def known_options(given: Mapping[str, Any] | None, names: Iterable[str]) -> Mapp
     return given or {}
 
 
-def observations(states: State) -> np.ndarray:
-    """The observations of a batch, (count, observation_size)."""
+def observations(states: State) -> Float[np.ndarray, "count observation"]:
+    """The observations of a batch."""
     return np.asarray(states.obs)

@@ -5,12 +5,14 @@ from typing import Any
 import gymnasium
 import jax
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.envs import State
 from pigbench.gym.simulation import (
     METADATA,
     RESET_OPTIONS,
-    Simulation,
+    CompiledEnv,
+    Picture,
     known_options,
     observations,
 )
@@ -22,13 +24,13 @@ class SingleEnv(gymnasium.Env):
     `reset` takes the options `task_id`, from 1 to the number of tasks and drawn by default, and
     `render_goal`; its `info` has "goal", and "goal_rendered" if requested. `step` rewards success
     with 1, which ends the episode; a diverging simulation truncates it. `task_infos` lists the
-    tasks. The constructor's options are those of `Simulation`.
+    tasks. The constructor's options are those of `CompiledEnv`.
     """
 
     metadata = METADATA
 
     def __init__(self, name: str, *, render_mode: str | None = None, **options: Any) -> None:
-        self._simulation = Simulation(name, render_mode=render_mode, **options)
+        self._simulation = CompiledEnv(name, render_mode=render_mode, **options)
         self.task_infos = self._simulation.task_infos
         self.num_tasks = len(self.task_infos)
         self.observation_space = self._simulation.observation_space
@@ -38,7 +40,7 @@ class SingleEnv(gymnasium.Env):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+    ) -> tuple[Float[np.ndarray, "observation"], dict[str, Any]]:
         """Start a task. Raises UserError for an invalid task id or an unknown option."""
         super().reset(seed=seed)
         asked = known_options(options, RESET_OPTIONS)
@@ -50,7 +52,9 @@ class SingleEnv(gymnasium.Env):
             info["goal_rendered"] = self._simulation.draw_goal(states, 0)
         return observations(states)[0], info
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def step(
+        self, action: object
+    ) -> tuple[Float[np.ndarray, "observation"], float, bool, bool, dict[str, Any]]:
         """Do one control step of 0.05 s."""
         actions = self._simulation.actions([action], 1)
         states: State = self._simulation.step(self._begun(), actions)
@@ -59,7 +63,7 @@ class SingleEnv(gymnasium.Env):
         truncated = bool(states.info["diverged"][0])
         return observations(states)[0], float(states.reward[0]), info["success"], truncated, info
 
-    def render(self) -> Any:
+    def render(self) -> Picture | None:
         """A picture of the state, or None without a render mode."""
         return None if self.render_mode is None else self._simulation.draw(self._begun(), 0)
 

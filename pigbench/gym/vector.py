@@ -1,5 +1,6 @@
 """A batch of environments, simulated at once."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -8,13 +9,15 @@ import numpy as np
 from gymnasium import error
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
+from jaxtyping import Array, Bool, Float
 
 from pigbench.envs import State
 from pigbench.errors import UserError
 from pigbench.gym.simulation import (
     METADATA,
     RESET_OPTIONS,
-    Simulation,
+    CompiledEnv,
+    Picture,
     known_options,
     observations,
 )
@@ -26,7 +29,7 @@ class BatchEnv(VectorEnv):
     """A `gymnasium.vector.VectorEnv` without autoreset: an episode that is over stays as it is.
 
     `reset` takes the options `task_id`, one for all or one per environment, and `reset_mask`
-    (num_envs,) of the environments to restart, by default all. Otherwise like `SingleEnv`, with one
+    of the environments to restart, by default all. Otherwise like `SingleEnv`, with one
     value per environment; with `render_goal`, "goal_rendered" shows all goals. A time limit of -1
     is none, as in `gymnasium.make`.
 
@@ -51,7 +54,7 @@ class BatchEnv(VectorEnv):
                 f"max_episode_steps is {max_episode_steps}: it must be at least 1, or {_NEVER} for "
                 "no limit"
             )
-        self._simulation = Simulation(name, render_mode=render_mode, **options)
+        self._simulation = CompiledEnv(name, render_mode=render_mode, **options)
         self.task_infos = self._simulation.task_infos
         self.num_tasks = len(self.task_infos)
         self.num_envs = num_envs
@@ -66,8 +69,11 @@ class BatchEnv(VectorEnv):
         self._states: State | None = None
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
+        self,
+        *,
+        seed: int | np.integer | Sequence[int] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Float[np.ndarray, "env observation"], dict[str, Any]]:
         """Start a task in every environment, or in those of the mask.
 
         Raises UserError for an invalid seed, task id or mask, or an unknown option.
@@ -90,8 +96,14 @@ class BatchEnv(VectorEnv):
         return observations(fresh), self._info(fresh, **extra)
 
     def step(
-        self, actions: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        self, actions: object
+    ) -> tuple[
+        Float[np.ndarray, "env observation"],
+        Float[np.ndarray, "env"],
+        Bool[np.ndarray, "env"],
+        Bool[np.ndarray, "env"],
+        dict[str, Any],
+    ]:
         """Do one control step of 0.05 s in the episodes that are not over."""
         states = self._begun()
         over = np.asarray(states.done, bool) | (self._lengths >= self._limit)
@@ -103,7 +115,7 @@ class BatchEnv(VectorEnv):
         truncated = np.asarray(states.info["diverged"]) | late
         return observations(states), np.asarray(states.reward), info["success"], truncated, info
 
-    def render(self) -> Any:
+    def render(self) -> tuple[Picture, ...] | None:
         """One picture per environment, or None without a render mode."""
         if self.render_mode is None:
             return None
@@ -113,7 +125,7 @@ class BatchEnv(VectorEnv):
         """Release the renderer's resources."""
         self._simulation.close()
 
-    def _mask(self, given: Any) -> np.ndarray:
+    def _mask(self, given: object) -> Bool[np.ndarray, "env"]:
         mask = np.asarray(given)
         if mask.dtype != bool or mask.shape != (self.num_envs,):
             raise UserError(
@@ -138,7 +150,7 @@ class BatchEnv(VectorEnv):
 
 
 @jax.jit
-def _choose(mask: jax.Array, chosen: State, others: State) -> State:
+def _choose(mask: Bool[Array, "env"], chosen: State, others: State) -> State:
     """The first state where `mask` is true, else the second, per environment."""
     return jax.tree.map(
         lambda x, y: jnp.where(mask.reshape(-1, *[1] * (x.ndim - 1)), x, y), chosen, others

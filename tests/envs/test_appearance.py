@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from pigbench import envs
 from pigbench.envs import appearance
+from pigbench.envs.scene import MAX_CUBES
 
 
 @pytest.fixture(params=["meshes", "capsules"])
@@ -15,7 +15,7 @@ def build(request, monkeypatch):
     return lambda num_cubes: appearance.build(num_cubes, width=64, height=48)
 
 
-@pytest.mark.parametrize("num_cubes", [1, 8])
+@pytest.mark.parametrize("num_cubes", [1, 8, 12])
 def test_stands_where_the_physics_has_it(build, scene, num_cubes):
     model, physics = build(num_cubes), scene(num_cubes).model
     assert (model.nq, model.nv) == (physics.nq, physics.nv)
@@ -42,8 +42,10 @@ def test_goals_are_mocap_bodies_in_order(build):
 
 
 def test_every_cube_has_a_colour_of_its_own():
-    assert len(set(appearance.CUBE_COLORS)) == len(appearance.CUBE_COLORS)
-    assert len(appearance.CUBE_COLORS) >= max(spec.num_cubes for spec in envs.SPECS.values())
+    colors = np.array([appearance.cube_color(index) for index in range(MAX_CUBES)])
+    assert np.all((colors >= 0) & (colors <= 1))
+    apart = np.linalg.norm(colors[:, None] - colors, axis=-1) + np.eye(MAX_CUBES)
+    assert apart.min() > 0.1
 
 
 def test_colours_lights_and_view_are_ogbenchs(ogbench_env):

@@ -56,11 +56,11 @@ def test_every_environment_resets_and_steps(env, started, step, name):
     after = step(name)(states, jnp.zeros((BATCH, 5)))
     assert jax.tree.map(jnp.shape, after) == jax.tree.map(jnp.shape, states)
     assert jax.tree.map(lambda x: x.dtype, after) == jax.tree.map(lambda x: x.dtype, states)
-    num_cubes = one.spec.num_cubes
+    num_cubes, real = one.spec.num_cubes, one.spec.reality is not None
     assert states.obs.shape == states.info["goal"].shape == (BATCH, one.observation_size)
-    assert one.observation_size == 28 + 9 * (num_cubes - 1) - 3 * one.spec.real
+    assert one.observation_size == 28 + 9 * (num_cubes - 1) - 3 * real
     assert one.action_size == 5
-    assert one.num_tasks == (1 if one.spec.real else 5)
+    assert one.num_tasks == (1 if real else 5)
     assert one.backend == "mujoco"
     assert isinstance(one, Env)
     assert states.info["target"].shape == (BATCH, num_cubes, 3)

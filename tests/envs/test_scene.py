@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import jax
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pytest
@@ -171,7 +172,8 @@ def pose(
     """qpos: effector at (x, y, z, yaw), right and left driver's angle, places of upright cubes."""
     qpos = scene.home_qpos.copy()
     x, y, z, yaw = effector
-    qpos[scene.arm] = kinematics.inverse(np.array([x, y, z]), np.array(yaw), near=qpos[scene.arm])
+    home = jnp.asarray(qpos[scene.arm])
+    qpos[scene.arm] = kinematics.inverse(jnp.array([x, y, z]), jnp.array(yaw), near=home)
     driver, coupler, spring_link, follower = 1.0, 0.0, 1.0, -1.0
     qpos[scene.gripper] = np.outer(fingers, [driver, coupler, spring_link, follower]).ravel()
     qpos[14:17], qpos[21:24] = cube_0, cube_1

@@ -1,6 +1,7 @@
 """Joint targets against OGBench's solver, and its parts against MuJoCo and NumPy."""
 
 import jax
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pytest
@@ -76,6 +77,6 @@ def test_solves_linear_systems_as_numpy():
 
 @pytest.mark.parametrize("far", [1.0, 3.0])
 def test_a_point_out_of_reach_gives_finite_angles(far):
-    joints = np.array(robot.HOME)
-    target = servo.joint_targets(np.array([far, 0.0, 0.2]), 0.0, joints)
+    joints = jnp.array(robot.HOME)
+    target = servo.joint_targets(jnp.array([far, 0.0, 0.2]), jnp.array(0.0), joints)
     assert np.all(np.isfinite(target))

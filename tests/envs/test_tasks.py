@@ -11,7 +11,7 @@ from pigbench.envs import workspace
 from pigbench.envs.tasks import TASKS
 from pigbench.errors import UserError
 
-OGBENCH = [name for name, spec in envs.SPECS.items() if not spec.real]
+OGBENCH = [name for name, spec in envs.SPECS.items() if spec.reality is None]
 
 
 @pytest.mark.parametrize("name", OGBENCH)

@@ -1,6 +1,7 @@
 """The boxes, equal to OGBench's."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy import stats
@@ -35,4 +36,4 @@ def test_samples_are_uniform_in_the_box():
 
 def test_clip():
     box = workspace.Box((0.0, 0.0), (1.0, 2.0))
-    np.testing.assert_array_equal(box.clip(np.array([[-1.0, 1.0], [3.0, 4.0]])), [[0, 1], [1, 2]])
+    np.testing.assert_array_equal(box.clip(jnp.array([[-1.0, 1.0], [3.0, 4.0]])), [[0, 1], [1, 2]])

@@ -112,7 +112,7 @@ class Scripted:
             cos, sin = values[self.layout[term]]
             return jnp.arctan2(sin, cos)
 
-        situation = markov.Situation(
+        situation = markov.OracleInputs(
             position(observation, "effector_pos"),
             angle(observation, "effector_yaw"),
             observation[self.layout["gripper_contact"]][0],

@@ -11,7 +11,7 @@ from pigbench.envs.oracles.targets import Target
 DRAWS = 3000
 
 
-def draw(rng: np.random.Generator) -> tuple[markov.Situation, Target, markov.Pose]:
+def draw(rng: np.random.Generator) -> tuple[markov.OracleInputs, Target, markov.Pose]:
     """Things in the workspace, each often near another, so that every phase comes up."""
 
     def somewhere(near: np.ndarray, spread: float) -> np.ndarray:
@@ -26,7 +26,7 @@ def draw(rng: np.random.Generator) -> tuple[markov.Situation, Target, markov.Pos
     yaws = rng.uniform(-np.pi, np.pi, 4).astype(np.float32)
     contact = np.float32(rng.choice([0.0, rng.random(), 1.0]))
     return (
-        markov.Situation(hand, yaws[0], contact, cube, yaws[1]),
+        markov.OracleInputs(hand, yaws[0], contact, cube, yaws[1]),
         Target(cube=np.int32(0), pos=goal, yaw=yaws[2]),
         markov.Pose(final, yaws[3]),
     )
@@ -75,7 +75,7 @@ def test_at_its_destination_an_action_is_finite(gap):
     """Right above the cube: down by the least distance, 5 * 0.4 clipped to 1."""
     cube = np.float32([0.4, 0.1, 0.02])
     above = cube + np.float32([0, 0, gap])
-    situation = markov.Situation(above, np.float32(0), np.float32(0), cube, np.float32(0))
+    situation = markov.OracleInputs(above, np.float32(0), np.float32(0), cube, np.float32(0))
     target = Target(cube=np.int32(0), pos=np.float32([0.5, -0.1, 0.02]), yaw=np.float32(0))
     final = markov.Pose(np.float32([0.4, 0, 0.3]), np.float32(0))
     ours = jax.jit(markov.action)(situation, target, final)

@@ -7,17 +7,19 @@ import pytest
 from ogbench.manipspace.oracles.markov.cube_markov import CubeMarkovOracle
 from scipy import stats
 
+from pigbench.envs import SPECS
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import POLICIES, NoisyPolicy, markov
 from pigbench.envs.oracles.noisy import NoisyState
-from pigbench.envs.oracles.targets import STACKING, Target
+from pigbench.envs.oracles.targets import Target
 
 NAME = "cube-double"
+STACKING = SPECS[NAME].stacking
 
 
 @pytest.fixture(scope="module")
 def policy(env) -> NoisyPolicy:
-    return NoisyPolicy(env(NAME).scene)
+    return NoisyPolicy(env(NAME).spec, env(NAME).scene)
 
 
 def test_by_name():
@@ -27,7 +29,7 @@ def test_by_name():
 def test_an_episodes_draws(begun):
     _, memory = begun
     for values, low, high in (
-        (memory.stacking, *STACKING[2]),
+        (memory.stacking, *STACKING),
         (memory.noise, 0.0, 0.1),
         (memory.final.pos[:, 0], 0.25, 0.6),
         (memory.final.pos[:, 1], -0.35, 0.35),
@@ -131,7 +133,7 @@ def their_successes(theirs) -> list[np.ndarray]:
     oracle = CubeMarkovOracle(env=theirs)
     episodes = []
     for seed in range(EPISODES):
-        noise, stacking = rng.uniform(0, 0.1), rng.uniform(*STACKING[2])
+        noise, stacking = rng.uniform(0, 0.1), rng.uniform(*STACKING)
         scales = noise * np.array([1, 1, 1, 3, 10])
         observation, info = theirs.reset(seed=seed)
         oracle.reset(observation, info)

@@ -45,7 +45,7 @@ def test_grasp_yaw(oracle):
     for effector, cube in rng.uniform(-np.pi, np.pi, (200, 2)):
         yaws = [oracle.get_yaw(to_pose(np.array([0, 0, 0, yaw]))) for yaw in (effector, cube)]
         expected = oracle.shortest_yaw(*yaws, np.zeros(3)).rotation().compute_yaw_radians()
-        same_angle(plan._grasp_yaw(effector, cube), expected, atol=1e-5)
+        same_angle(plan._grasp_yaw(jnp.array(effector), jnp.array(cube)), expected, atol=1e-5)
 
 
 def test_screw_midpoint():
@@ -94,7 +94,7 @@ def test_noise_is_white_noise_through_scipys_filter(length):
 def test_the_plan_picks_and_places(monkeypatch):
     """Without noise: grip at the cube, let go at the target, end in the arm's start box."""
     monkeypatch.setattr(plan, "NOISE", 0.0)
-    made = jax.vmap(plan.make, in_axes=(0, None, None, None, None))(
+    made = jax.jit(jax.vmap(plan.make, in_axes=(0, None, None, None, None)))(
         jax.random.split(jax.random.key(5), 100), EFFECTOR, CUBE_POS, CUBE_YAW, TARGET
     )
     paths = np.asarray(made.targets)

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pigbench.envs import control
+from pigbench.envs import SPECS, control
 from pigbench.envs.oracles import POLICIES, PlayPolicy
-from pigbench.envs.oracles.targets import STACKING
 
 NAME = "cube-double"
+STACKING = SPECS[NAME].stacking
 
 
 @pytest.fixture(scope="module")
 def policy(env) -> PlayPolicy:
-    return PlayPolicy(env(NAME).scene)
+    return PlayPolicy(env(NAME).spec, env(NAME).scene)
 
 
 def test_by_name():
@@ -25,7 +25,7 @@ def test_by_name():
 def test_an_episode_begins_with_a_plan_for_a_cube_of_the_scene(env, begun):
     physics_state, memory = begun
     assert set(np.asarray(memory.target.cube)) == {0, 1}
-    low, high = STACKING[2]
+    low, high = STACKING
     uniform = stats.uniform(low, high - low)
     assert stats.kstest(memory.stacking, uniform.cdf).pvalue > 1e-3
     # The first target stacks half of the time, whatever the episode's probability.
@@ -74,7 +74,7 @@ EPISODES, EPISODE_STEPS = 20, 1000
 
 
 def their_successes(play) -> list[np.ndarray]:
-    stacking = np.random.default_rng(7).uniform(*STACKING[2], EPISODES)
+    stacking = np.random.default_rng(7).uniform(*STACKING, EPISODES)
     episodes = [play(NAME, EPISODE_STEPS, seed, stacking[seed]) for seed in range(EPISODES)]
     return [episode.success[episode.ended] for episode in episodes]
 

@@ -24,7 +24,7 @@ def zero():
 
 @pytest.fixture(scope="module")
 def policy(zero):
-    return ReplanPolicy(zero.scene)
+    return ReplanPolicy(zero.spec, zero.scene)
 
 
 @pytest.fixture(scope="module")

@@ -95,7 +95,7 @@ def test_a_control_step_is_that_of_mujoco_in_c(simulator, situations, engine):
 def test_picks_and_places_a_cube(simulator, engine):
     """The scripted policy's plan, of fewer than 200 control steps, brings the cube there."""
     env, init, step = simulator(engine)
-    policy = PlayPolicy(env.scene)
+    policy = PlayPolicy(env.spec, env.scene)
     key = jax.random.key(3)
     reference = simulator("mujoco").env
     begin = jax.jit(reference.random_scene)(key)

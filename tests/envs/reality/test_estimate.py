@@ -11,8 +11,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from pigbench.envs.physics import PhysicsState
-from pigbench.envs.reality import estimate
-from pigbench.envs.reality.estimate import PoseEstimate
+from pigbench.envs.reality import PoseEstimate, estimate
 
 COUNT = 400
 POSE = np.array(

@@ -9,8 +9,7 @@ import pytest
 from scipy import stats
 
 from pigbench.envs.physics import Factors, make
-from pigbench.envs.reality import variation
-from pigbench.envs.reality.variation import Variation
+from pigbench.envs.reality import Variation, variation
 from pigbench.envs.scene import CONTROL_STEP, Scene, describe
 
 GRAVITY = 9.81

@@ -18,7 +18,7 @@ from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.environment import CubeEnv
 from pigbench.envs.observation import cube_poses
-from pigbench.envs.oracles import PlayPolicy, Policy
+from pigbench.envs.oracles import PlayPolicy, ScriptedPolicy
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import build
 from pigbench.envs.units import metres
@@ -52,7 +52,7 @@ def digests(folder: Path) -> dict[str, str]:
     }
 
 
-def generate(folder: Path, env: CubeEnv, policy: Policy, **changes) -> Path:
+def generate(folder: Path, env: CubeEnv, policy: ScriptedPolicy, **changes) -> Path:
     settings = spec(env, **changes)
     source = collect.here(env, policy, settings)
     collect.write_missing(env, policy, settings, Writer(folder, settings), source)
@@ -60,16 +60,16 @@ def generate(folder: Path, env: CubeEnv, policy: Policy, **changes) -> Path:
 
 
 def test_bytes_do_not_depend_on_the_number_of_threads(tmp_path):
-    scene = build(2)
+    spec, scene = envs.SPECS["cube-double"], build(2)
     for threads in (1, 2):
-        env = CubeEnv(envs.SPECS["cube-double"], MujocoPhysics(scene, threads))
-        generate(tmp_path / str(threads), env, PlayPolicy(scene))
+        env = CubeEnv(spec, MujocoPhysics(scene, threads))
+        generate(tmp_path / str(threads), env, PlayPolicy(spec, scene))
     assert digests(tmp_path / "1") == digests(tmp_path / "2")
 
 
 def test_an_episode_replays_in_the_environment(tmp_path):
     env = envs.make("cube-double")
-    split = dataset.load(generate(tmp_path, env, PlayPolicy(env.scene))).split("train")
+    split = dataset.load(generate(tmp_path, env, PlayPolicy(env.spec, env.scene))).split("train")
     observations, actions = split.concatenate("observations"), split.concatenate("actions")
     qpos, qvel = split.concatenate("qpos"), split.concatenate("qvel")
     assert observations.shape == (5 * 21, 37)
@@ -94,8 +94,8 @@ class Breaking(PlayPolicy):
 
 def test_diverged_episodes_are_dropped_and_counted(tmp_path):
     env = envs.make("cube-double")
-    whole = generate(tmp_path / "whole", env, PlayPolicy(env.scene))
-    some = generate(tmp_path / "some", env, Breaking(env.scene))
+    whole = generate(tmp_path / "whole", env, PlayPolicy(env.spec, env.scene))
+    some = generate(tmp_path / "some", env, Breaking(env.spec, env.scene))
     records = manifest.read(some).shards
     dropped = sum(record.dropped for record in records)
     assert 0 < dropped < 6
@@ -140,7 +140,7 @@ class Looking(PlayPolicy):
 def test_a_policy_knows_estimates_and_may_end_episodes(tmp_path):
     env = envs.make("cube-centre")
     changes = {"environment": "cube-centre", "rows_per_episode": 0}
-    folder = generate(tmp_path / "data", env, Looking(env.scene), **changes)
+    folder = generate(tmp_path / "data", env, Looking(env.spec, env.scene), **changes)
     assert not dataset.verify(folder)
     split = dataset.load(folder).split("train")
     lengths = np.diff(split.episode_ends, prepend=-1)

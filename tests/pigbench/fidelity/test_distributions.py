@@ -6,11 +6,11 @@ from scipy import stats
 
 from pigbench import envs
 from pigbench.fidelity import distributions
-from pigbench.fidelity.distributions import QUANTITIES, Episode
+from pigbench.fidelity.distributions import QUANTITIES, ScriptedEpisode
 
 
-def episode(steps: int = 4, **changes: np.ndarray) -> Episode:
-    still = Episode(
+def episode(steps: int = 4, **changes: np.ndarray) -> ScriptedEpisode:
+    still = ScriptedEpisode(
         cubes=np.tile([[0.3, 0, 0.02], [0.4, 0, 0.02]], (steps, 1, 1)),
         pinch=np.tile([0.4, 0.0, 0.2], (steps, 1)),
         contact=np.zeros(steps),
@@ -21,7 +21,7 @@ def episode(steps: int = 4, **changes: np.ndarray) -> Episode:
     return still._replace(**changes)
 
 
-def values(name: str, one: Episode) -> np.ndarray:
+def values(name: str, one: ScriptedEpisode) -> np.ndarray:
     (quantity,) = (function for key, function in QUANTITIES.items() if name in key)
     return np.asarray(quantity(one), float)
 

@@ -5,12 +5,12 @@ import pytest
 
 from pigbench import envs
 from pigbench.fidelity import replay
-from pigbench.fidelity.replay import CARRYING, FREE, TOUCHING, Motion
+from pigbench.fidelity.replay import CARRYING, FREE, TOUCHING, SceneMotion
 
 
-def motion(**changes: np.ndarray) -> Motion:
+def motion(**changes: np.ndarray) -> SceneMotion:
     """Two control steps of one simulation of two cubes, at rest in the origin."""
-    still = Motion(
+    still = SceneMotion(
         pinch_pos=np.zeros((2, 1, 3)),
         opening=np.zeros((2, 1)),
         contact=np.zeros((2, 1)),
@@ -46,7 +46,7 @@ def test_situations_are_of_all_steps_so_far():
     cubes = np.zeros((2, 3, 1, 3))
     cubes[1, :, 0, 2] = 0.06
     seen = replay._situations(
-        Motion(np.zeros((2, 3, 3)), contact, contact, cubes, np.zeros((2, 3, 1, 4)))
+        SceneMotion(np.zeros((2, 3, 3)), contact, contact, cubes, np.zeros((2, 3, 1, 4)))
     )
     np.testing.assert_array_equal(seen, [[FREE, FREE, TOUCHING], [CARRYING, FREE, CARRYING]])
 

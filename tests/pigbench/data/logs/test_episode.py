@@ -1,6 +1,7 @@
 """Resampling, frames and what is made up, against formulas; and twenty bad logs."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -72,7 +73,7 @@ def test_the_base_frame_is_that_of_the_manufacturers_kinematics():
             link = [[c, -s * ca, s * sa, out * c], [s, c * ca, -c * sa, out * s]]
             frame = frame @ np.array([*link, [0, sa, ca, along], [0, 0, 0, 1]])
         x, y, z = frame[:3, 3]
-        flange = np.asarray(servo.flange(np.float32(joints))[0])
+        flange = np.asarray(servo.flange(jnp.float32(joints))[0])
         np.testing.assert_allclose([y, -x, z], flange, atol=2e-3)  # theirs are rounded to 0.1 mm
 
 
