@@ -1,7 +1,8 @@
 """Whether the gripper touches or holds a cube, from the force on its pad and from positions."""
 
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Bool, Float
+import numpy as np
+from jaxtyping import Array, Bool, Float
 
 HOLDING_DISTANCE = 0.02
 """Metres from the pinch point to a cube's centre within which it is held: half a cube's edge."""
@@ -12,9 +13,9 @@ each other: in 98 % of such rows of play data, they are shut."""
 
 
 def feels(
-    force: Float[ArrayLike, "*batch"],
-    pinch: Float[ArrayLike, "*batch 3"],
-    cubes: Float[ArrayLike, "*batch cube 3"],
+    force: Float[Array | np.ndarray, "*batch"],
+    pinch: Float[Array | np.ndarray, "*batch 3"],
+    cubes: Float[Array | np.ndarray, "*batch cube 3"],
     *,
     within: float,
 ) -> Bool[Array, "*batch cube"]:

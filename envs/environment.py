@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
@@ -30,7 +31,7 @@ _REALITY = 1000  # folded into an episode's key, for the draws of its `reality`
 NO_TASK = -1  # replaces an invalid task id that is traced, so that it cannot be refused
 
 
-TaskId = Int[ArrayLike, ""]
+TaskId = Int[Array, ""] | int | np.integer
 
 
 class CubeEnv(Env):
@@ -178,7 +179,7 @@ class CubeEnv(Env):
         """One control step of a world; a world that is not active does not change."""
         if self.reality is None or world.senses is None:
             return World(self.simulate(world.physics, action, active), None)
-        senses, due = sensing.act(world.senses, action)
+        senses, due = sensing.act(world.senses, jnp.asarray(action))
         physics_state = self.simulate(world.physics, due, active)
         senses = sensing.look(self.reality, self.scene, senses, physics_state)
         senses = jax.tree.map(lambda new, old: jnp.where(active, new, old), senses, world.senses)
@@ -201,7 +202,7 @@ class CubeEnv(Env):
         active: Bool[ArrayLike, ""] = True,
     ) -> PhysicsState:
         """One control step of the bare simulation, without a task; see `Physics.step`."""
-        ctrl = control.servo_targets(self.scene, physics_state, action)
+        ctrl = control.servo_targets(self.scene, physics_state, jnp.asarray(action))
         return self.physics.step(physics_state, ctrl, active)
 
     @jax_defaults()

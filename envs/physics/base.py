@@ -98,7 +98,7 @@ class Physics(abc.ABC):
         active = jnp.logical_and(active, ~state.diverged)
         # Engines would replace such a control by zero and continue.
         sane = jnp.all(jnp.isfinite(ctrl))
-        return self._accept(state, self._advance(state, ctrl, active), active, sane)
+        return self._accept(state, self._advance(state, jnp.asarray(ctrl), active), active, sane)
 
     @staticmethod
     def _accept(

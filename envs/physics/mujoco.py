@@ -69,9 +69,9 @@ class MujocoPhysics(Physics):
     ) -> PhysicsState:
         """The callback on the host, in NumPy; leading dimensions are simulations of one batch."""
         # Fetched before the lock is taken, because it must not be held while waiting for JAX.
-        state, ctrl, active = jax.tree.map(np.asarray, (state, ctrl, active))
+        inputs = jax.tree.map(np.asarray, (state, ctrl, active))
         with self._lock:
-            return self._run_batch(substeps, state, ctrl, active)
+            return self._run_batch(substeps, *inputs)
 
     def _run_batch(
         self,
@@ -84,7 +84,7 @@ class MujocoPhysics(Physics):
         if state.factors is not None:
             _vary(batch, self.scene, state.factors)
 
-        def rows(x: np.ndarray) -> np.ndarray:
+        def rows(x: Array | np.ndarray) -> np.ndarray:
             return np.reshape(x, (batch.nsim, -1))
 
         batch.qpos[:] = rows(state.qpos)

@@ -10,7 +10,7 @@ from pigbench import envs, seeds
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.errors import UserError
 from pigbench.fidelity import closed_loop, distributions, peer, recording, replay, tables
-from pigbench.fidelity.recording import Recording
+from pigbench.fidelity.recording import PeerRecording
 from pigbench.fidelity.tables import Table
 from pigbench.report.formats import markdown_grid
 from pigbench.seeds import Seed
@@ -143,7 +143,7 @@ class ParityPolicy:
         _save(self.json, dataclasses.replace(self, engine=env.backend), pairs=table)
 
 
-def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Recording]:
+def _record(environment: str, policy: str, episodes: int, seed: int) -> list[PeerRecording]:
     if episodes < 1:
         raise UserError(f"episodes is {episodes}: it must be at least 1")
     seeds.check(seed + episodes - 1)  # one seed per episode

@@ -80,7 +80,7 @@ class BatchEnv(VectorEnv):
         """
         if not isinstance(seed, int | np.integer | None):
             raise UserError(f"seed is {seed!r}: it must be one integer for all environments")
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else int(seed))
         asked = known_options(options, (*RESET_OPTIONS, "reset_mask"))
         tasks = self._simulation.tasks(self.np_random, asked, self.num_envs)
         keys = self._simulation.keys(self.np_random, self.num_envs)

@@ -173,7 +173,7 @@ def pose(
     qpos = scene.home_qpos.copy()
     x, y, z, yaw = effector
     home = jnp.asarray(qpos[scene.arm])
-    qpos[scene.arm] = kinematics.inverse(jnp.array([x, y, z]), jnp.array(yaw), near=home)
+    qpos[scene.arm] = kinematics.inverse(jnp.array([x, y, z]), jnp.array(yaw, float), near=home)
     driver, coupler, spring_link, follower = 1.0, 0.0, 1.0, -1.0
     qpos[scene.gripper] = np.outer(fingers, [driver, coupler, spring_link, follower]).ravel()
     qpos[14:17], qpos[21:24] = cube_0, cube_1
