@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float, Real
 
 from pigbench.envs.scene import CONTROL_STEP, CUBE_HALF_SIZE
 from pigbench.envs.units import metres
@@ -38,10 +39,10 @@ class Limits:
 class Episode:
     """An episode's columns; positions in metres."""
 
-    joint_vel: np.ndarray  # (rows, 6) rad/s
-    contact: np.ndarray  # (rows,)
-    cube: np.ndarray  # (rows, 3)
-    goal: np.ndarray  # (3,)
+    joint_vel: Float[np.ndarray, "rows 6"]  # rad/s
+    contact: Real[np.ndarray, " rows"]
+    cube: Float[np.ndarray, "rows 3"]
+    goal: Float[np.ndarray, "3"]
 
 
 @dataclass(frozen=True)
@@ -104,9 +105,12 @@ CRITERIA: Mapping[str, Criterion] = {
 """The criteria by name; this table determines what is measured and what is good enough."""
 
 
-def episode(observations: np.ndarray, layout: Layout, goal: np.ndarray) -> Episode:
-    """An episode's columns, of its observations (rows, o) and the goal (3,). UserError if it has
-    none of them.
+def episode(
+    observations: Float[np.ndarray, "rows o"], layout: Layout, goal: Float[np.ndarray, "3"]
+) -> Episode:
+    """An episode's columns, of its observations and the goal.
+
+    Raises UserError if the observations have none of them.
     """
     needed = ("joint_vel", "gripper_contact", "cube_0_pos")
     missing = [name for name in needed if name not in layout]

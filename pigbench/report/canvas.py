@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.container import Container
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
@@ -112,7 +113,7 @@ def wrapped(title: str, width: float) -> str:
     return textwrap.fill(title, max(1, int(width / _TITLE_CHARACTER)))
 
 
-def add_legend(figure: Figure, handles: Mapping[str, Artist]) -> None:
+def add_legend(figure: Figure, handles: Mapping[str, Artist | Container]) -> None:
     """Add a legend below the panels."""
     figure.legend(
         list(handles.values()),
