@@ -15,7 +15,7 @@ from pigbench.data.dataset import Split
 from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError
 
-RowNumbers = Int[Array | np.ndarray, "*batch b"]
+RowNumbers = Int[Array, "*batch b"]
 
 
 @struct.dataclass
@@ -122,7 +122,7 @@ def gather(rows: Rows, indices: Indices) -> Batch:
     )
 
 
-def _same(rows: RowNumbers, others: RowNumbers) -> Float[Array | np.ndarray, "*batch b"]:
+def _same(rows: RowNumbers, others: RowNumbers) -> Float[Array, "*batch b"]:
     return (rows == others).astype(jnp.float32)
 
 

@@ -49,7 +49,7 @@ class Rollout(NamedTuple):
     states: "envs.State"
     act_keys: Key[Array, " n"]
     start: Float[Array, "n cubes 3"]  # metres, the cubes' initial positions
-    values: Mapping[str, Shaped[Array, " n"]]  # of the measures so far
+    values: dict[str, Shaped[Array, " n"]]  # of the measures so far
     time: Int[Array, ""]
 
 
