@@ -116,7 +116,7 @@ def wrapped(title: str, width: float) -> str:
 def add_legend(figure: Figure, handles: Mapping[str, Artist | Container]) -> None:
     """Add a legend below the panels."""
     figure.legend(
-        list(handles.values()),
+        list(handles.values()),  # pyright: ignore[reportArgumentType]  bars too
         list(handles),
         loc="outside lower center",
         ncols=_legend_columns(figure.get_figwidth(), list(handles)),
