@@ -12,8 +12,19 @@ import jaxtyping
 import pytest
 from jaxtyping import install_import_hook, jaxtyped
 
-# Calls of these packages are checked against their annotations, shapes of arrays included.
-CHECKED = ("pigbench.envs", "pigbench.fidelity", "pigbench.gym", "pigbench.layout")
+# Calls of these are checked against their annotations, shapes of arrays included. Of others, tests
+# replace parts by stand-ins.
+CHECKED = (
+    "pigbench.analysis.modes",
+    "pigbench.data.mapped",
+    "pigbench.data.quality",
+    "pigbench.envs",
+    "pigbench.fidelity",
+    "pigbench.gym",
+    "pigbench.layout",
+    "pigbench.report",
+    "pigbench.training.milestones",
+)
 install_import_hook(CHECKED, "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))")
 
 

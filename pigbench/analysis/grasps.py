@@ -11,6 +11,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from pigbench import envs, seeds
 from pigbench.agents import FlowHierarchy, Params
@@ -30,10 +31,10 @@ _DRAWS = 200_000  # of transitions and goals; only those before grasps are kept
 class Grasps(NamedTuple):
     """N states before grasps, with their goals."""
 
-    starts: np.ndarray  # (N, o) observations
-    ahead: np.ndarray  # (N, o) K steps later, when a cube is held
-    goals: np.ndarray  # (N, o) more than 2 K steps later
-    cube: np.ndarray  # (N, 2) metres, x and y of the held cube K steps later
+    starts: Float[np.ndarray, "n o"]  # observations
+    ahead: Float[np.ndarray, "n o"]  # K steps later, when a cube is held
+    goals: Float[np.ndarray, "n o"]  # more than 2 K steps later
+    cube: Float[np.ndarray, "n 2"]  # metres, x and y of the held cube K steps later
 
 
 def draw(split: Split, agent: FlowHierarchy, layout: Layout, *, samples: int, seed: int) -> Grasps:
@@ -59,8 +60,8 @@ def draw(split: Split, agent: FlowHierarchy, layout: Layout, *, samples: int, se
 
 def measure(
     env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
-) -> dict[str, np.ndarray]:
-    """Metres in x and y from the subgoal's pinch point to the cube, (N,).
+) -> dict[str, Float[np.ndarray, " n"]]:
+    """Metres in x and y from the subgoal's pinch point to the cube.
 
     Measured for the data's subgoal and for one drawn from the agent.
     """
@@ -75,15 +76,15 @@ def measure(
     }
 
 
-def pinch(agent: FlowHierarchy, subgoals: jax.Array) -> np.ndarray:
-    """The pinch points (N, 3) in metres of subgoals (N, x)."""
+def pinch(agent: FlowHierarchy, subgoals: Float[Array, "n x"]) -> Float[np.ndarray, "n 3"]:
+    """The pinch points of subgoals in metres."""
     return pinch_points(np.asarray(agent.represent.restore(subgoals)), agent.represent.layout)
 
 
 def _held_cube(
-    starts: np.ndarray, ahead: np.ndarray, layout: Layout
-) -> tuple[np.ndarray, np.ndarray]:
-    """Position (N, 2) in `ahead` of the cube nearest to the pinch point, and how far it moved (N,).
+    starts: Float[np.ndarray, "n o"], ahead: Float[np.ndarray, "n o"], layout: Layout
+) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, " n"]]:
+    """Position in `ahead` of the cube nearest to the pinch point, and how far it moved.
 
     Both in metres, in x and y; the motion is from the cube's position in `starts`.
     """

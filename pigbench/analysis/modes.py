@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, Shaped
 
 from pigbench.envs import servo
 from pigbench.envs.contact import HOLDING_DISTANCE, feels
@@ -13,8 +14,10 @@ FREE, TOUCHING, HOLDING = "free", "touching", "holding"
 MODES = FREE, TOUCHING, HOLDING
 
 
-def contact_modes(observations: np.ndarray, layout: Layout) -> np.ndarray:
-    """The mode of each observation, (N, o) to (N,) strings of `MODES`.
+def contact_modes(
+    observations: Float[np.ndarray, "n o"], layout: Layout
+) -> Shaped[np.ndarray, " n"]:
+    """The mode of each observation, a string of `MODES`.
 
     The finger pad feels no force (free), a force with a cube around the pinch point (holding), or a
     force without one (touching).
@@ -27,8 +30,10 @@ def contact_modes(observations: np.ndarray, layout: Layout) -> np.ndarray:
     return np.select([held.any(axis=-1), contact > 0], [HOLDING, TOUCHING], FREE)
 
 
-def pinch_points(observations: np.ndarray, layout: Layout) -> np.ndarray:
-    """The pinch point of each observation, (N, o) to (N, 3) metres; from the joints if need be."""
+def pinch_points(
+    observations: Float[np.ndarray, "n o"], layout: Layout
+) -> Float[np.ndarray, "n 3"]:
+    """The pinch point of each observation in metres; from the joints if need be."""
     if "effector_pos" in layout:
         return metres(observations[:, layout["effector_pos"]])
     joints = jnp.asarray(observations[:, layout["joint_pos"]])

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Key, Shaped
 
 from pigbench import seeds
 from pigbench.agents import Agent, Params
@@ -20,7 +21,7 @@ _BATCH = 1000
 
 
 class Residuals(NamedTuple):
-    """Measurements of N transitions, each (N,).
+    """Measurements of n transitions.
 
     `eikonal` and `hjb` are the residuals of `agents/regularizers.py`, with the constants, goals and
     coordinates with which the agent trains its value (a hierarchy its low level's). `gradient` is
@@ -28,17 +29,17 @@ class Residuals(NamedTuple):
     square along their coordinates (NaN where the gradient is zero).
     """
 
-    eikonal: np.ndarray
-    hjb: np.ndarray
-    gradient: np.ndarray
-    robot: np.ndarray
-    object: np.ndarray
+    eikonal: Float[np.ndarray, " n"]
+    hjb: Float[np.ndarray, " n"]
+    gradient: Float[np.ndarray, " n"]
+    robot: Float[np.ndarray, " n"]
+    object: Float[np.ndarray, " n"]
 
 
 def measure(
     agent: Agent, params: Params, rows: Rows, *, samples: int, seed: int
-) -> tuple[np.ndarray, Residuals]:
-    """Contact modes (N,) and residuals of `samples` transitions, for the agent's value goals.
+) -> tuple[Shaped[np.ndarray, " n"], Residuals]:
+    """Contact modes and residuals of `samples` transitions, for the agent's value goals.
 
     Raises UserError if the agent learns no state value.
     """
@@ -53,15 +54,15 @@ def measure(
 
 @partial(jax.jit, static_argnums=0)
 def _measure_batch(
-    agent: Agent, params: Params, rows: Rows, key: jax.Array
-) -> tuple[jax.Array, ...]:
+    agent: Agent, params: Params, rows: Rows, key: Key[Array, ""]
+) -> tuple[Float[Array, "b ..."], ...]:
     """The states and the columns of `Residuals`."""
     batch = sampler.sample(key, rows, agent.sampling, _BATCH)
 
     learner, learned, seen = agent.value_learner(params, batch)
     constants = learner.residual_constants
 
-    def value(states: jax.Array) -> jax.Array:
+    def value(states: Float[Array, "b x"]) -> Float[Array, " b"]:
         return learner.state_values(learned, states, seen.value_goals)
 
     states = seen.observations
@@ -76,14 +77,16 @@ def _measure_batch(
     gradients = jax.grad(lambda states: value(states).sum())(states)
     squares = gradients**2 / jnp.sum(gradients**2, axis=-1, keepdims=True)
 
-    def share(group: str) -> jax.Array:
+    def share(group: str) -> Float[Array, " b"]:
         parts = learner.layout.group(group).values()
         return sum((squares[:, part].sum(axis=-1) for part in parts), start=jnp.zeros(len(states)))
 
     return batch.observations, eikonal, hjb, safe_norm(gradients), share("robot"), share("objects")
 
 
-def by_mode(modes: np.ndarray, values: np.ndarray) -> Mapping[str, np.ndarray]:
+def by_mode(
+    modes: Shaped[np.ndarray, " n"], values: Float[np.ndarray, " n"]
+) -> Mapping[str, Float[np.ndarray, " _"]]:
     """The finite `values` of each mode that occurs."""
     finite = np.isfinite(values)
     return {mode: values[finite & (modes == mode)] for mode in MODES if (modes == mode).any()}

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int, Key, Shaped
 
 from pigbench import envs, seeds
 from pigbench.agents import FlowHierarchy, Params
@@ -22,28 +23,28 @@ from pigbench.envs.units import POSITION_SCALE
 from pigbench.errors import UserError
 from pigbench.layout import Layout
 
-Way = Callable[[jax.Array, jax.Array], jax.Array]
-"""Maps observations (N, o) and the number of steps done, (), to actions (N, a)."""
+Way = Callable[[Float[Array, "n o"], Int[Array, ""]], Float[Array, "n a"]]
+"""Maps observations and the number of steps done to actions."""
 
 STILL, REPLAYED = "no motion", "the data's actions"
 AHEAD, FIXED, BOTH = "low level, K ahead", "low level, fixed subgoal", "both levels"
 
 
 class Distances(NamedTuple):
-    """Distances in metres from the data's state, each (N,); `cube` is that of the farthest cube."""
+    """Distances in metres from the data's state; `cube` is that of the farthest cube."""
 
-    pinch: np.ndarray
-    cube: np.ndarray
+    pinch: Float[np.ndarray, " n"]
+    cube: Float[np.ndarray, " n"]
 
 
 class Stretches(NamedTuple):
-    """N stretches of K steps from a data set, each followed by K steps of the same episode."""
+    """n stretches of K steps from a data set, each followed by K steps of the same episode."""
 
-    qpos: np.ndarray  # (N, nq), at their starts
-    qvel: np.ndarray  # (N, nv), at their starts
-    starts: np.ndarray  # (N, o) observations
-    ahead: np.ndarray  # (K, N, o) observations K steps after each step; the first: stretches' ends
-    actions: np.ndarray  # (K, N, a)
+    qpos: Float[np.ndarray, "n nq"]  # at their starts
+    qvel: Float[np.ndarray, "n nv"]  # at their starts
+    starts: Float[np.ndarray, "n o"]  # observations
+    ahead: Float[np.ndarray, "k n o"]  # K steps after each step; the first: stretches' ends
+    actions: Float[np.ndarray, "k n a"]
 
 
 def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
@@ -70,13 +71,13 @@ def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
 
 def measure(
     env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, stretches: Stretches, *, seed: int
-) -> tuple[np.ndarray, Mapping[str, Distances]]:
-    """Contact modes (N,) at the stretches' starts, and distances at their ends for each way."""
+) -> tuple[Shaped[np.ndarray, " n"], Mapping[str, Distances]]:
+    """Contact modes at the stretches' starts, and distances at their ends for each way."""
     starts, aims = stretches.starts, stretches.ahead[0]
     subgoals = agent.represent(jnp.asarray(stretches.ahead))
     actions = jnp.asarray(stretches.actions)
 
-    def key(time: jax.Array) -> jax.Array:
+    def key(time: Int[Array, ""]) -> Key[Array, ""]:
         return jax.random.fold_in(seeds.key(seed), time)
 
     ways: dict[str, Way] = {
@@ -91,11 +92,11 @@ def measure(
     }
 
 
-def _simulate(env: "envs.CubeEnv", way: Way, stretches: Stretches) -> np.ndarray:
-    """Observations (N, o) at the stretches' ends."""
+def _simulate(env: "envs.CubeEnv", way: Way, stretches: Stretches) -> Float[np.ndarray, "n o"]:
+    """Observations at the stretches' ends."""
 
     @jax.jit
-    def run(qpos: jax.Array, qvel: jax.Array) -> jax.Array:
+    def run(qpos: Float[Array, "n nq"], qvel: Float[Array, "n nv"]) -> Float[Array, "n o"]:
         def step(states, time):
             actions = way(jax.vmap(env.observe)(states), time)
             return jax.vmap(env.simulate)(states, actions), None
@@ -107,8 +108,10 @@ def _simulate(env: "envs.CubeEnv", way: Way, stretches: Stretches) -> np.ndarray
     return np.asarray(run(stretches.qpos, stretches.qvel))
 
 
-def _distances(states: np.ndarray, aims: np.ndarray, layout: Layout) -> Distances:
-    def apart(part: slice) -> np.ndarray:
+def _distances(
+    states: Float[np.ndarray, "n o"], aims: Float[np.ndarray, "n o"], layout: Layout
+) -> Distances:
+    def apart(part: slice) -> Float[np.ndarray, " n"]:
         return np.linalg.norm(states[:, part] - aims[:, part], axis=-1) / POSITION_SCALE
 
     cubes = [apart(part) for part in layout.group("object_positions").values()]

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float, Real
 
 from pigbench.envs.scene import CONTROL_STEP, CUBE_HALF_SIZE
 from pigbench.envs.units import metres
@@ -35,25 +36,25 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Episode:
+class JudgedColumns:
     """An episode's columns; positions in metres."""
 
-    joint_vel: np.ndarray  # (rows, 6) rad/s
-    contact: np.ndarray  # (rows,)
-    cube: np.ndarray  # (rows, 3)
-    goal: np.ndarray  # (3,)
+    joint_vel: Float[np.ndarray, "rows 6"]  # rad/s
+    contact: Real[np.ndarray, " rows"]
+    cube: Float[np.ndarray, "rows 3"]
+    goal: Float[np.ndarray, "3"]
 
 
 @dataclass(frozen=True)
 class Criterion:
     """A measure of an episode, whether it is good enough, and a description of the limit."""
 
-    measure: Callable[[Episode, Limits], float]
+    measure: Callable[[JudgedColumns, Limits], float]
     good: Callable[[float, Limits], bool]
     limit: Callable[[Limits], str]
 
 
-def closest(episode: Episode, limits: Limits) -> float:
+def closest(episode: JudgedColumns, limits: Limits) -> float:
     """Least distance in metres from the goal at which the cube lay untouched on the table.
 
     Infinity if it never lay away from the goal. The robot may thus have brought the cube to the
@@ -66,13 +67,13 @@ def closest(episode: Episode, limits: Limits) -> float:
     return float(distance.min())
 
 
-def jerk(episode: Episode, limits: Limits) -> float:
+def jerk(episode: JudgedColumns, limits: Limits) -> float:
     """Root mean square of the joints' jerk, rad/s^3."""
     change = np.diff(episode.joint_vel, n=2, axis=0) / CONTROL_STEP**2
     return float(np.sqrt(np.mean(change**2))) if len(change) else 0.0
 
 
-def drops(episode: Episode, limits: Limits) -> float:
+def drops(episode: JudgedColumns, limits: Limits) -> float:
     """How often the pad lost contact while the cube was in the air."""
     felt = episode.contact >= FREE
     high = episode.cube[1:, 2] > CUBE_HALF_SIZE + IN_AIR
@@ -104,15 +105,18 @@ CRITERIA: Mapping[str, Criterion] = {
 """The criteria by name; this table determines what is measured and what is good enough."""
 
 
-def episode(observations: np.ndarray, layout: Layout, goal: np.ndarray) -> Episode:
-    """An episode's columns, of its observations (rows, o) and the goal (3,). UserError if it has
-    none of them.
+def episode(
+    observations: Float[np.ndarray, "rows o"], layout: Layout, goal: Float[np.ndarray, "3"]
+) -> JudgedColumns:
+    """An episode's columns, of its observations and the goal.
+
+    Raises UserError if the observations have none of them.
     """
     needed = ("joint_vel", "gripper_contact", "cube_0_pos")
     missing = [name for name in needed if name not in layout]
     if missing:
         raise UserError(f"observations tell no {', '.join(missing)}, by which episodes are judged")
-    return Episode(
+    return JudgedColumns(
         joint_vel=observations[:, layout["joint_vel"]],
         contact=observations[:, layout["gripper_contact"]][:, 0],
         cube=metres(observations[:, layout["cube_0_pos"]]),
@@ -120,6 +124,6 @@ def episode(observations: np.ndarray, layout: Layout, goal: np.ndarray) -> Episo
     )
 
 
-def measure(one: Episode, limits: Limits) -> dict[str, float]:
+def measure(one: JudgedColumns, limits: Limits) -> dict[str, float]:
     """Each criterion's measure of an episode."""
     return {name: criterion.measure(one, limits) for name, criterion in CRITERIA.items()}

@@ -8,11 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 from flax import struct
 from jax.typing import ArrayLike
+from jaxtyping import Array, Float, Int, Key
 
 from pigbench.agents import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.data.dataset import Split
 from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError
+
+RowNumbers = Int[Array, "*batch b"]
 
 
 @struct.dataclass
@@ -22,9 +25,9 @@ class Rows:
     The rows of a data set that is too large for the device stay on disk and are gathered there.
     """
 
-    observations: jax.Array | MappedArray  # (N, observation_size)
-    actions: jax.Array | MappedArray  # (N, action_size)
-    episode_ends: jax.Array  # (E,) int32: each episode's last row, ascending up to N - 1
+    observations: Float[Array, "n o"] | MappedArray
+    actions: Float[Array, "n a"] | MappedArray
+    episode_ends: Int[Array, " episodes"]  # each episode's last row, ascending up to n - 1
 
     @classmethod
     def create(cls, observations: ArrayLike, actions: ArrayLike, terminals: ArrayLike) -> "Rows":
@@ -54,7 +57,7 @@ class Rows:
         return cls(split.mapped("observations"), split.mapped("actions"), ends)
 
 
-def _checked(episode_ends: np.ndarray, *, rows: int) -> jax.Array:
+def _checked(episode_ends: Int[np.ndarray, " episodes"], *, rows: int) -> Int[Array, " episodes"]:
     if len(episode_ends) == rows:
         raise UserError("the data set has no transition: an episode needs at least two rows")
     return jnp.asarray(episode_ends, jnp.int32)
@@ -62,25 +65,25 @@ def _checked(episode_ends: np.ndarray, *, rows: int) -> jax.Array:
 
 @struct.dataclass
 class SubgoalIndices:
-    """Row numbers of a batch's `Subgoals`, each (B,) int32."""
+    """Row numbers of a batch's `Subgoals`."""
 
-    value_subgoals: jax.Array
-    actor_subgoals: jax.Array
-    low_value_goals: jax.Array
-    low_actor_goals: jax.Array
+    value_subgoals: RowNumbers
+    actor_subgoals: RowNumbers
+    low_value_goals: RowNumbers
+    low_actor_goals: RowNumbers
 
 
 @struct.dataclass
 class Indices:
-    """Row numbers of a batch, each (B,) int32; a transition leads from `starts` to the next row."""
+    """Row numbers of a batch; a transition leads from `starts` to the next row."""
 
-    starts: jax.Array
-    value_goals: jax.Array
-    actor_goals: jax.Array
+    starts: RowNumbers
+    value_goals: RowNumbers
+    actor_goals: RowNumbers
     subgoals: SubgoalIndices | None = None
 
 
-def sample(key: jax.Array, rows: Rows, sampling: Sampling, batch_size: int) -> Batch:
+def sample(key: Key[Array, ""], rows: Rows, sampling: Sampling, batch_size: int) -> Batch:
     """A batch of `batch_size` transitions, uniform over all, with goals drawn by `sampling`."""
     return gather(rows, sample_indices(key, rows.episode_ends, sampling, batch_size))
 
@@ -119,12 +122,12 @@ def gather(rows: Rows, indices: Indices) -> Batch:
     )
 
 
-def _same(rows: jax.Array, others: jax.Array) -> jax.Array:
+def _same(rows: RowNumbers, others: RowNumbers) -> Float[Array, "*batch b"]:
     return (rows == others).astype(jnp.float32)
 
 
 def sample_indices(
-    key: jax.Array, episode_ends: jax.Array, sampling: Sampling, batch_size: int
+    key: Key[Array, ""], episode_ends: Int[Array, " episodes"], sampling: Sampling, batch_size: int
 ) -> Indices:
     """Transitions, uniform over all, with a goal from each mixture; `episode_ends` as in `Rows`."""
     start_key, value_key, actor_key, low_key = jax.random.split(key, 4)
@@ -135,7 +138,7 @@ def sample_indices(
     starts = draws + episodes
     ends = episode_ends[episodes]
 
-    def goals(key: jax.Array, mixture: GoalMixture, discount: float) -> jax.Array:
+    def goals(key: Key[Array, ""], mixture: GoalMixture, discount: float) -> Int[Array, " b"]:
         source_key, future_key, random_key = jax.random.split(key, 3)
         if mixture.geometric:
             future = _geometric_future(future_key, starts, ends, discount)
@@ -169,13 +172,15 @@ def sample_indices(
 
 
 def _geometric_future(
-    key: jax.Array, starts: jax.Array, ends: jax.Array, discount: float
-) -> jax.Array:
+    key: Key[Array, ""], starts: Int[Array, " b"], ends: Int[Array, " b"], discount: float
+) -> Int[Array, " b"]:
     """`starts` plus k = 1, 2, ... with probability (1 - discount) discount^(k - 1), clipped."""
     steps = jax.random.geometric(key, 1 - discount, starts.shape, dtype=jnp.int32)
     return jnp.minimum(starts + steps, ends)
 
 
-def _no_further(ahead: jax.Array, starts: jax.Array, goals: jax.Array) -> jax.Array:
+def _no_further(
+    ahead: Int[Array, " b"], starts: Int[Array, " b"], goals: Int[Array, " b"]
+) -> Int[Array, " b"]:
     """`ahead`, or the goal where it is between `starts` and `ahead`."""
     return jnp.where((starts <= goals) & (goals <= ahead), goals, ahead)

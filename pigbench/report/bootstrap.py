@@ -9,9 +9,12 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
-Strata = Sequence[np.ndarray]  # one per environment: (..., runs, numbers per run)
-Statistic = Callable[[Strata], np.ndarray]  # keeps the leading axes of the strata
+Strata = Sequence[Float[np.ndarray, "*batch _runs _numbers"]]
+"""One array per environment: runs by the numbers of each run."""
+Statistic = Callable[[Strata], Float[np.ndarray | np.floating, "*values"]]
+"""Keeps the leading axes of the strata."""
 
 LEVEL = 95  # percent
 RESAMPLES = 2000
@@ -30,8 +33,10 @@ def interval(strata: Strata, statistic: Statistic, *, seed: int) -> Interval | N
     return None if bounds is None else Interval(*map(float, bounds))
 
 
-def band(strata: Strata, statistic: Statistic, *, seed: int) -> np.ndarray | None:
-    """The percentile interval of each number of `statistic(strata)`, (2, ...): low and high.
+def band(
+    strata: Strata, statistic: Statistic, *, seed: int
+) -> Float[np.ndarray, "bounds=2 *values"] | None:
+    """The percentile interval of each number of `statistic(strata)`: low and high.
 
     None if a stratum has a single run, which says nothing about how runs differ. The same seed
     gives the same draws.
@@ -44,7 +49,9 @@ def band(strata: Strata, statistic: Statistic, *, seed: int) -> np.ndarray | Non
     return np.percentile(statistic(drawn), [tail, 100 - tail], axis=0)
 
 
-def _redraw(stratum: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """(runs, numbers) to (resamples, runs, numbers)."""
+def _redraw(
+    stratum: Float[np.ndarray, "runs numbers"], generator: np.random.Generator
+) -> Float[np.ndarray, "resamples runs numbers"]:
+    """Runs drawn with replacement, with all their numbers."""
     runs = len(stratum)
     return stratum[generator.integers(runs, size=(RESAMPLES, runs))]

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.container import Container
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
@@ -112,10 +113,10 @@ def wrapped(title: str, width: float) -> str:
     return textwrap.fill(title, max(1, int(width / _TITLE_CHARACTER)))
 
 
-def add_legend(figure: Figure, handles: Mapping[str, Artist]) -> None:
+def add_legend(figure: Figure, handles: Mapping[str, Artist | Container]) -> None:
     """Add a legend below the panels."""
     figure.legend(
-        list(handles.values()),
+        list(handles.values()),  # pyright: ignore[reportArgumentType]  bars too
         list(handles),
         loc="outside lower center",
         ncols=_legend_columns(figure.get_figwidth(), list(handles)),

@@ -1,18 +1,19 @@
 """Comparison of methods over all environments that they have in common."""
 
 import itertools
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.errors import UserError
 from pigbench.report import bootstrap, measures
-from pigbench.report.bootstrap import Strata
+from pigbench.report.bootstrap import Statistic, Strata
 from pigbench.report.scoring import Cells, Scoring, stratum
 from pigbench.report.stats import Cell, Estimate, Result
 
-AGGREGATES: Mapping[str, Callable[[Strata], np.ndarray]] = {
+AGGREGATES: Mapping[str, Statistic] = {
     "IQM": measures.interquartile_mean,
     "mean": measures.mean,
 }
@@ -28,8 +29,8 @@ class Pool(NamedTuple):
 class Profile(NamedTuple):
     """The percentage of runs above each threshold, and its interval, (2, thresholds)."""
 
-    share: np.ndarray
-    band: np.ndarray | None
+    share: Float[np.ndarray, " thresholds"]
+    band: Float[np.ndarray, "2 thresholds"] | None
 
 
 def pool(results: Iterable[Result], scoring: Scoring) -> Pool:
@@ -83,7 +84,7 @@ def improvements(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estima
     if len(pooled.strata) < 2:
         raise UserError("improvement compares methods: give runs of at least two")
 
-    def measure(both: Strata) -> np.ndarray:
+    def measure(both: Strata) -> Float[np.ndarray | np.floating, "*batch"]:
         half = len(pooled.environments)
         return 100 * measures.probability_of_improvement(both[:half], both[half:])
 
@@ -95,10 +96,12 @@ def improvements(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estima
     }
 
 
-def profiles(pooled: Pool, thresholds: np.ndarray, scoring: Scoring) -> dict[str, Profile]:
+def profiles(
+    pooled: Pool, thresholds: Float[np.ndarray, " thresholds"], scoring: Scoring
+) -> dict[str, Profile]:
     """The performance profile of each method over `thresholds`, in percent."""
 
-    def measure(strata: Strata) -> np.ndarray:
+    def measure(strata: Strata) -> Float[np.ndarray, "*batch thresholds"]:
         return 100 * measures.profile(strata, thresholds)
 
     return {
@@ -109,9 +112,7 @@ def profiles(pooled: Pool, thresholds: np.ndarray, scoring: Scoring) -> dict[str
     }
 
 
-def _estimate(
-    strata: Strata, measure: Callable[[Strata], np.ndarray], scoring: Scoring
-) -> Estimate:
+def _estimate(strata: Strata, measure: Statistic, scoring: Scoring) -> Estimate:
     return Estimate(
         float(measure(strata)),
         interval=bootstrap.interval(strata, measure, seed=scoring.bootstrap_seed),

@@ -1,22 +1,23 @@
 """One number or one curve from the runs of all environments, as recommended by Agarwal et al. 2021.
 
-Functions take strata as in `bootstrap`, one array (..., runs, numbers per run) per environment, and
-keep the leading axes. All environments weigh the same, however many runs they have.
+Functions take strata as in `bootstrap` and keep the leading axes. All environments weigh the
+same, however many runs they have.
 """
 
 import math
 
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.report.bootstrap import Strata
 
 
-def mean(strata: Strata) -> np.ndarray:
+def mean(strata: Strata) -> Float[np.ndarray | np.floating, "*batch"]:
     """The mean over environments of the mean of each one's numbers."""
     return np.mean([_flat(stratum).mean(axis=-1) for stratum in strata], axis=0)
 
 
-def interquartile_mean(strata: Strata) -> np.ndarray:
+def interquartile_mean(strata: Strata) -> Float[np.ndarray | np.floating, "*batch"]:
     """The mean without the lowest and the highest quarter of numbers, their counts rounded down.
 
     Each number is counted as often as gives all environments the same count: once if they have
@@ -33,7 +34,9 @@ def interquartile_mean(strata: Strata) -> np.ndarray:
     return np.average(np.take_along_axis(numbers, order, axis=-1), -1, np.diff(kept, axis=0)[0])
 
 
-def probability_of_improvement(first: Strata, second: Strata) -> np.ndarray:
+def probability_of_improvement(
+    first: Strata, second: Strata
+) -> Float[np.ndarray | np.floating, "*batch"]:
     """The probability that a run of `first` is better than one of `second` in a random environment.
 
     The Mann-Whitney U divided by its largest value, with ties as halves, averaged over
@@ -46,13 +49,17 @@ def probability_of_improvement(first: Strata, second: Strata) -> np.ndarray:
     return np.mean(shares, axis=0)
 
 
-def profile(strata: Strata, thresholds: np.ndarray) -> np.ndarray:
-    """The share of runs above each threshold, (..., thresholds), averaged over environments."""
+def profile(
+    strata: Strata, thresholds: Float[np.ndarray, " thresholds"]
+) -> Float[np.ndarray, "*batch thresholds"]:
+    """The share of runs above each threshold, averaged over environments."""
     return np.mean(
         [(stratum[..., None] > thresholds).mean(axis=(-3, -2)) for stratum in strata], axis=0
     )
 
 
-def _flat(stratum: np.ndarray) -> np.ndarray:
-    """(..., runs, numbers per run) to (..., numbers)."""
+def _flat(
+    stratum: Float[np.ndarray, "*batch runs numbers"],
+) -> Float[np.ndarray, "*batch runs*numbers"]:
+    """The numbers of all runs, one run after another."""
     return stratum.reshape(*stratum.shape[:-2], -1)

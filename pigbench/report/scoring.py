@@ -9,6 +9,7 @@ from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.errors import UserError, lookup, require
 from pigbench.report import bootstrap, measures, stats
@@ -139,8 +140,8 @@ def _known(
     }
 
 
-def stratum(results: Sequence[Result], scoring: Scoring) -> np.ndarray:
-    """The success rates of a cell's results, (runs, 1), or (runs, tasks) if `over` is tasks."""
+def stratum(results: Sequence[Result], scoring: Scoring) -> Float[np.ndarray, "runs units"]:
+    """The success rates of a cell's results by unit: one for all tasks, or one of each task."""
     units = UNITS[scoring.over](results)
     return np.stack([_rates(results, scoring, unit) for unit in units], axis=-1)
 
@@ -195,8 +196,8 @@ def _rates(
     scoring: Scoring,
     task: Task | None = None,
     score: Callable[[Sequence[Episode]], float] = stats.success_rate,
-) -> np.ndarray:
-    """The success rate or another score of each result, (runs,), on one task or all."""
+) -> Float[np.ndarray, " runs"]:
+    """The success rate or another score of each result, on one task or all."""
     steps = _steps(results, scoring)
     rates = [
         [
@@ -227,6 +228,6 @@ def _steps(results: Sequence[Result], scoring: Scoring) -> Sequence[int]:
     return steps
 
 
-def _estimate(rates: np.ndarray, scoring: Scoring) -> Estimate:
+def _estimate(rates: Float[np.ndarray, " runs"], scoring: Scoring) -> Estimate:
     bounds = bootstrap.interval([rates[:, None]], measures.mean, seed=scoring.bootstrap_seed)
     return stats.estimate(rates)._replace(interval=bounds)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, S
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.errors import UserError
 from pigbench.report.bootstrap import Interval
@@ -179,7 +180,7 @@ def ended_within(group: Iterable[Episode], distance: float) -> float:
     return 100 * sum(end <= distance for end in known) / len(known) if known else math.nan
 
 
-def estimate(values: Sequence[float] | np.ndarray) -> Estimate:
+def estimate(values: Sequence[float] | Float[np.ndarray, " runs"]) -> Estimate:
     """Mean and standard deviation of one value per seed."""
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     return Estimate(float(np.mean(values)), deviation, seeds=len(values))

@@ -9,7 +9,7 @@ from pigbench.agents import AgentConfig
 from pigbench.bench import simulation, training
 from pigbench.bench.timing import alternate
 from pigbench.suite.jobs import data_folder
-from pigbench.suite.spec import Cell, Environment, Suite
+from pigbench.suite.spec import Environment, Suite, SuiteCell
 from pigbench.suite.status import DONE, Status, is_complete, status
 from pigbench.support.progress import Progress, duration
 
@@ -20,7 +20,7 @@ class Estimate(NamedTuple):
     """Seconds that each unfinished data set and cell will take on its own."""
 
     data: Mapping[str, float]
-    cells: Mapping[Cell, float]
+    cells: Mapping[SuiteCell, float]
 
 
 def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: Path) -> Estimate:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pigbench.suite.spec import Cell, Environment, Suite
+from pigbench.suite.spec import Environment, Suite, SuiteCell
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def _generation(suite: Suite, environment: Environment, name: str, folder: Path)
     return Job(name, folder, ("generate", environment.name, *_flags(options)))
 
 
-def training(suite: Suite, cell: Cell, out: Path) -> Job:
+def training(suite: Suite, cell: SuiteCell, out: Path) -> Job:
     """The job that trains and evaluates a cell."""
     folder = out / cell.name
     options = {
@@ -67,7 +67,7 @@ def training(suite: Suite, cell: Cell, out: Path) -> Job:
     return Job(cell.name, folder, ("train", cell.method, *_flags(options)))
 
 
-def noise(suite: Suite, cell: Cell, out: Path, levels: Sequence[float]) -> Job:
+def noise(suite: Suite, cell: SuiteCell, out: Path, levels: Sequence[float]) -> Job:
     """The job that evaluates a trained cell at these noise levels of the estimates, in mm."""
     folder = out / cell.name
     options = {"episodes": suite.evaluation.episodes, "noise": levels}

@@ -51,7 +51,7 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class EvaluationPlan:
     """How often, and in how many episodes per task, policies are evaluated."""
 
     every: Count
@@ -66,7 +66,7 @@ class Suite:
     environments: tuple[Environment, ...]
     methods: tuple[str, ...]
     seeds: tuple[Seed, ...]
-    evaluation: Evaluation
+    evaluation: EvaluationPlan
     preset: str = "paper"
     rows: HomeChoice = "auto"  # where training keeps the data's rows
     keep: Keep = "last"  # checkpoints to keep
@@ -91,22 +91,22 @@ class Suite:
             if len(set(values)) < len(values):
                 raise UserError(f"{axis} names one twice: {', '.join(map(str, values))}")
 
-    def cells(self) -> tuple["Cell", ...]:
+    def cells(self) -> tuple["SuiteCell", ...]:
         """Every training run of the suite, all those of one seed before the next seed's."""
         return tuple(
-            Cell(environment, method, variant, seed)
+            SuiteCell(environment, method, variant, seed)
             for seed, environment, method, variant in itertools.product(
                 self.seeds, self.environments, self.methods, self.variants
             )
         )
 
-    def overrides(self, cell: "Cell") -> dict[str, Any]:
+    def overrides(self, cell: "SuiteCell") -> dict[str, Any]:
         """The agent's fields that the suite sets in a cell; nested ones have dotted names."""
         return dict(flatten(self.agent)) | dict(flatten(self.variants[cell.variant]))
 
 
 @dataclass(frozen=True)
-class Cell:
+class SuiteCell:
     """One training run of a suite."""
 
     environment: Environment

@@ -10,7 +10,7 @@ from pigbench.errors import UserError
 from pigbench.report.stats import success_rate
 from pigbench.suite import runner
 from pigbench.suite.logs import last_lines, log_path
-from pigbench.suite.spec import Cell, Suite
+from pigbench.suite.spec import Suite, SuiteCell
 from pigbench.support.lock import is_held
 from pigbench.training import episodes
 from pigbench.training.metrics import FILE_NAME as METRICS_FILE
@@ -22,7 +22,7 @@ DONE, RUNNING, FAILED, CUT_OFF, WAITING = "done", "running", "failed", "cut off"
 class Status(NamedTuple):
     """A cell's state, the updates it has done, and its last success rate in percent, if any."""
 
-    cell: Cell
+    cell: SuiteCell
     state: str
     steps: int
     success: float | None
@@ -38,7 +38,7 @@ def update(known: Sequence[Status], out: Path) -> list[Status]:
     return [one if one.state == DONE else _status(one.cell, out) for one in known]
 
 
-def untried(suite: Suite, cell: Cell, out: Path) -> list[float]:
+def untried(suite: Suite, cell: SuiteCell, out: Path) -> list[float]:
     """The suite's noise levels, in millimetres, that lack episodes of the cell's last step."""
     run = read_run(out / cell.name)
 
@@ -74,7 +74,7 @@ def table(cells: Sequence[Status]) -> list[tuple[str, ...]]:
     return [("cell", "state", "updates", "success (%)"), *lines]
 
 
-def _status(cell: Cell, out: Path) -> Status:
+def _status(cell: SuiteCell, out: Path) -> Status:
     folder = out / cell.name
     evaluated = _last_evaluation(folder)
     step, success = evaluated or (0, None)

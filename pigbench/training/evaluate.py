@@ -8,6 +8,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int, Key, Shaped
 
 from pigbench import envs, seeds
 from pigbench.agents import Agent, Params
@@ -18,7 +19,6 @@ from pigbench.support import memory
 from pigbench.training import milestones
 from pigbench.training.episodes import Episode
 from pigbench.training.measures import MEASURES, Value
-from pigbench.training.milestones import Values
 
 _REPORT_EVERY = 50  # control steps
 
@@ -38,19 +38,19 @@ class Evaluation:
         memory.require_for(self.episodes)  # for one task; `begin` checks for all
 
 
-Outcome = Mapping[str, np.ndarray]  # by measure of `milestones`, (tasks, episodes)
+Outcome = Mapping[str, Shaped[np.ndarray, "tasks episodes"]]  # by measure of `milestones`
 Report = Callable[[int], None]  # called with the control steps that the longest episode has taken
 Evaluator = Callable[[Params, Report], Outcome]
 
 
 class Rollout(NamedTuple):
-    """Episodes in progress, task after task; `time` () is the steps that the longest has taken."""
+    """n episodes in progress, task after task; `time` is the steps that the longest has taken."""
 
     states: "envs.State"
-    act_keys: jax.Array
-    start: jax.Array  # (N, num_cubes, 3) metres, the cubes' initial positions
-    values: Values  # of the measures so far, each (N,)
-    time: jax.Array
+    act_keys: Key[Array, " n"]
+    start: Float[Array, "n cubes 3"]  # metres, the cubes' initial positions
+    values: dict[str, Shaped[Array, " n"]]  # of the measures so far
+    time: Int[Array, ""]
 
 
 def begin(env: "envs.CubeEnv", evaluation: Evaluation) -> Rollout:
@@ -63,7 +63,9 @@ def begin(env: "envs.CubeEnv", evaluation: Evaluation) -> Rollout:
     tasks, episodes = jnp.indices((env.num_tasks, evaluation.episodes)).reshape(2, -1)
     tasks += 1
 
-    def keys(task: jax.Array, episode: jax.Array) -> tuple[jax.Array, jax.Array]:
+    def keys(
+        task: Int[Array, ""], episode: Int[Array, ""]
+    ) -> tuple[Key[Array, ""], Key[Array, ""]]:
         task_key = jax.random.fold_in(seeds.key(evaluation.seed), task)
         reset_key, act_key = jax.random.split(jax.random.fold_in(task_key, episode))
         return reset_key, act_key
@@ -103,12 +105,12 @@ def step(env: "envs.CubeEnv", agent: Agent, params: Params, rollout: Rollout) ->
 def action(
     agent: Agent,
     params: Params,
-    observation: jax.Array,
-    goal: jax.Array,
-    key: jax.Array,
-    time: jax.Array,
-) -> jax.Array:
-    """The action (a,) in one episode after `time` steps; its draws depend on `key` and `time`."""
+    observation: Float[Array, " o"],
+    goal: Float[Array, " g"],
+    key: Key[Array, ""],
+    time: Int[Array, ""],
+) -> Float[Array, " a"]:
+    """The action in one episode after `time` steps; its draws depend on `key` and `time`."""
     return agent.act(params, observation[None], goal[None], jax.random.fold_in(key, time))[0]
 
 

@@ -3,55 +3,57 @@
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Shaped
 
 from pigbench import envs
 from pigbench.envs.contact import HOLDING_DISTANCE, TOUCHING_DISTANCE, feels
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import PhysicsState
-from pigbench.training.measures import MEASURES, Fold, Value
+from pigbench.training.measures import MEASURES, Fold
+from pigbench.training.measures import Value as Number
 
-Values = dict[str, jax.Array]  # by measure
+Value = Shaped[Array, ""]
+Values = dict[str, Value]  # by measure
 
 
 class Moment(NamedTuple):
     """One simulation after a control step, positions in metres."""
 
-    start: jax.Array  # (num_cubes, 3) the cubes at the start of the episode
-    cubes: jax.Array  # (num_cubes, 3)
-    target: jax.Array  # (num_cubes, 3)
-    pinch: jax.Array  # (3,)
-    pad_force: jax.Array  # () of the wrench on the right finger's pad
-    success: jax.Array  # () bool
-    diverged: jax.Array  # () bool: if true, the rest is from the last good state
+    start: Float[Array, "cubes 3"]  # the cubes at the start of the episode
+    cubes: Float[Array, "cubes 3"]
+    target: Float[Array, "cubes 3"]
+    pinch: Float[Array, "3"]
+    pad_force: Float[Array, ""]  # of the wrench on the right finger's pad
+    success: Bool[Array, ""]
+    diverged: Bool[Array, ""]  # if true, the rest is from the last good state
 
     @property
-    def from_pinch(self) -> jax.Array:
-        """Metres from the pinch point to each cube's centre, (num_cubes,)."""
+    def from_pinch(self) -> Float[Array, " cubes"]:
+        """Metres from the pinch point to each cube's centre."""
         return jnp.linalg.norm(self.cubes - self.pinch, axis=-1)
 
     @property
-    def from_targets(self) -> jax.Array:
-        """Metres from each cube to its target, (num_cubes,)."""
+    def from_targets(self) -> Float[Array, " cubes"]:
+        """Metres from each cube to its target."""
         return jnp.linalg.norm(self.cubes - self.target, axis=-1)
 
     @property
-    def raised(self) -> jax.Array:
-        """Metres of each cube above its initial position, (num_cubes,)."""
+    def raised(self) -> Float[Array, " cubes"]:
+        """Metres of each cube above its initial position."""
         return self.cubes[:, 2] - self.start[:, 2]
 
     @property
-    def touched(self) -> jax.Array:
-        """Near which cubes the right finger's pad feels a force, (num_cubes,) bool."""
+    def touched(self) -> Bool[Array, " cubes"]:
+        """Near which cubes the right finger's pad feels a force."""
         return feels(self.pad_force, self.pinch, self.cubes, within=TOUCHING_DISTANCE)
 
     @property
-    def held(self) -> jax.Array:
-        """Which cubes are held, (num_cubes,) bool."""
+    def held(self) -> Bool[Array, " cubes"]:
+        """Which cubes are held."""
         return feels(self.pad_force, self.pinch, self.cubes, within=HOLDING_DISTANCE)
 
-    def unless_diverged(self, value: jax.Array) -> jax.Array:
+    def unless_diverged(self, value: Float[Array, ""]) -> Float[Array, ""]:
         """`value`; NaN once the simulation has diverged, since it then has no end."""
         return jnp.where(self.diverged, jnp.nan, value)
 
@@ -59,8 +61,8 @@ class Moment(NamedTuple):
 class Folding(NamedTuple):
     """The computation of a fold."""
 
-    start: Value
-    combine: Callable[[jax.Array, jax.Array], jax.Array]  # of the value so far and the next
+    start: Number
+    combine: Callable[[Value, Value], Value]  # of the value so far and the next
 
 
 FOLDINGS: Mapping[Fold, Folding] = {
@@ -80,10 +82,10 @@ def begin() -> Values:
     }
 
 
-def advance(so_far: Values, moment: Moment, active: jax.Array) -> Values:
+def advance(so_far: Values, moment: Moment, active: Bool[Array, ""]) -> Values:
     """The values after one more step; those of an inactive episode are unchanged."""
 
-    def after(name: str, value: jax.Array) -> jax.Array:
+    def after(name: str, value: Value) -> Value:
         measure = MEASURES[name]
         now = jnp.asarray(measure.value(moment), measure.kind)
         return jnp.where(active, FOLDINGS[measure.fold].combine(value, now), value)
@@ -91,12 +93,12 @@ def advance(so_far: Values, moment: Moment, active: jax.Array) -> Values:
     return {name: after(name, value) for name, value in so_far.items()}
 
 
-def cubes(env: "envs.CubeEnv", state: "envs.State") -> jax.Array:
-    """The positions of the cubes in one simulation, (num_cubes, 3) metres."""
+def cubes(env: "envs.CubeEnv", state: "envs.State") -> Float[Array, "cubes 3"]:
+    """The positions of the cubes in one simulation in metres."""
     return cube_poses(env.scene, _physics(state))[0]
 
 
-def moment(env: "envs.CubeEnv", state: "envs.State", start: jax.Array) -> Moment:
+def moment(env: "envs.CubeEnv", state: "envs.State", start: Float[Array, "cubes 3"]) -> Moment:
     """The input of measures from one simulation; `start` is its cubes' initial positions."""
     physics_state = _physics(state)
     return Moment(

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
+from jaxtyping import Array, Float
 
 from pigbench import envs
 from pigbench.agents import Agent, Params
@@ -20,8 +21,8 @@ class Recording(NamedTuple):
     """One recorded episode."""
 
     task: int  # counts from 1
-    qpos: np.ndarray  # (control steps + 1, nq), from the first state to the last
-    target: np.ndarray  # (num_cubes, 3) metres, the cubes' targets
+    qpos: Float[np.ndarray, "rows nq"]  # from the first state to the last
+    target: Float[np.ndarray, "cubes 3"]  # metres, the cubes' targets
     success: bool
 
 
@@ -33,8 +34,10 @@ def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> 
     start = evaluate.make_start(env, evaluation)
 
     @partial(jax.jit, static_argnames="steps")
-    def advance(params: Params, rollout: Rollout, *, steps: int) -> tuple[Rollout, jax.Array]:
-        def step(rollout: Rollout, _: None) -> tuple[Rollout, jax.Array]:
+    def advance(
+        params: Params, rollout: Rollout, *, steps: int
+    ) -> tuple[Rollout, Float[Array, "{steps} n nq"]]:
+        def step(rollout: Rollout, _: None) -> tuple[Rollout, Float[Array, "n nq"]]:
             rollout = evaluate.step(env, agent, params, rollout)
             return rollout, _qpos(rollout.states)
 
@@ -77,6 +80,6 @@ def _record(
     ]
 
 
-def _qpos(states: "envs.State") -> jax.Array:
+def _qpos(states: "envs.State") -> Float[Array, "n nq"]:
     physics_states: PhysicsState = states.pipeline_state  # pyright: ignore[reportAssignmentType]
     return physics_states.qpos

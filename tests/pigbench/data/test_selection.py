@@ -9,7 +9,7 @@ import pytest
 from pigbench import cli
 from pigbench.data import dataset, manifest, quality, selection
 from pigbench.data.manifest import Spec
-from pigbench.data.quality import CRITERIA, Episode, Limits
+from pigbench.data.quality import CRITERIA, JudgedColumns, Limits
 from pigbench.data.writer import Writer
 from pigbench.envs.observation import layout
 from pigbench.errors import UserError
@@ -28,14 +28,14 @@ def off(*metres: float) -> np.ndarray:
 AWAY, HIGH = off(0.1, 0.2, 0.0), off(0.05, 0.1, 0.2)
 
 
-def episode(cube, contact=None, joint_vel=None) -> Episode:
+def episode(cube, contact=None, joint_vel=None) -> JudgedColumns:
     cube = np.array(cube)
     contact = np.zeros(len(cube)) if contact is None else np.array(contact)
     joint_vel = np.zeros((len(cube), 6)) if joint_vel is None else joint_vel
-    return Episode(joint_vel, contact, cube, GOAL)
+    return JudgedColumns(joint_vel, contact, cube, GOAL)
 
 
-def fails(one: Episode) -> list[str]:
+def fails(one: JudgedColumns) -> list[str]:
     measures = quality.measure(one, LIMITS)
     return [name for name in CRITERIA if not CRITERIA[name].good(measures[name], LIMITS)]
 
