@@ -83,7 +83,7 @@ def outcomes(env: "envs.CubeEnv", recordings: Sequence[PeerRecording]) -> Outcom
         ends = np.flatnonzero(recording.ended) + 1
         for begin, end in zip([0, *ends[:-1]], ends, strict=True):
             places.append((recording, int(begin)))
-            lengths.append(end - begin)
+            lengths.append(int(end - begin))
     ours = _replay(env, places, max(lengths))
     theirs = _recorded(env.scene, places, max(lengths))
     here, there = (_outcome(motion, places, np.array(lengths)) for motion in (ours, theirs))
