@@ -8,12 +8,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench.agents import directions
 from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import Constraint
-from pigbench.agents.directions import Coordinates, Direction
-from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.directions import Coordinates
+from pigbench.agents.regularizers import NoRegularizer, Regularizer
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
@@ -106,14 +105,15 @@ class Agent(abc.ABC, Generic[Config]):
         """Goals as networks see them, from goal states: (..., o) to (..., goal_size)."""
         return self._represent_goals(states) if self._represent_goals else states
 
-    def direction(self, name: str) -> Direction:
-        """The direction of motion called `name`, in this agent's coordinates."""
-        return directions.make(name, Coordinates(self.layout, self.statistics, self.units))
+    @property
+    def coordinates(self) -> Coordinates:
+        """The coordinates in which it sees states."""
+        return Coordinates(self.layout, self.statistics, self.units)
 
     @property
-    def residual_constants(self) -> Regularizer | Constraint:
-        """Those of the residuals of its values, as far as it is trained on any."""
-        return Regularizer()
+    def penalty(self) -> Regularizer | Constraint:
+        """The regulariser or constraint that its values are trained with."""
+        return NoRegularizer()
 
     def value_learner(self, params: Params, batch: Batch) -> "tuple[Agent[Any], Params, Batch]":
         """What learns `state_values`: an agent, its parameters, and the batch as it sees it."""

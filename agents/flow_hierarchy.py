@@ -185,9 +185,9 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         return self.low.state_values(low, self.represent(observations), self.represent(goals))
 
     @property
-    def residual_constants(self) -> Regularizer | Constraint:
+    def penalty(self) -> Regularizer | Constraint:
         """The low level's."""
-        return self.low.residual_constants
+        return self.low.penalty
 
     def value_learner(self, params: Params, batch: Batch) -> tuple[Agent[Any], Params, Batch]:
         """The low level, and the batch in its representation, with the goals that it learns on."""

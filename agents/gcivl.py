@@ -19,7 +19,7 @@ from pigbench.agents.agent import Metrics, Params, combine, describe
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import Value, apply_ensemble, init_ensemble
-from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.regularizers import NoRegularizer, Regularizer
 from pigbench.errors import lookup, require
 
 
@@ -30,7 +30,7 @@ class GCIVLConfig(AgentConfig):
     expectile: float = 0.9  # iota, of the value loss
     temperature: float = 10.0  # alpha: actions have weight exp(alpha * advantage), at most 100
     rewards: str = "-1/0"  # rewards before and at the goal: -1/0 or 0/1
-    regularizer: Regularizer = field(default_factory=Regularizer)  # the value loss's penalty
+    regularizer: Regularizer = field(default_factory=NoRegularizer)  # the value loss's penalty
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -50,8 +50,8 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
     members = 2
 
     @property
-    def residual_constants(self) -> Regularizer:
-        """The regulariser's."""
+    def penalty(self) -> Regularizer:
+        """The regulariser."""
         return self.config.regularizer
 
     @cached_property
@@ -96,7 +96,6 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
 
     def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
         config = self.config
-        direction = self.direction(config.regularizer.direction)
         step_value = self._step_value  # residuals assume a cost of 1 per step
         goals = self.as_goals(batch.value_goals)
 
@@ -105,8 +104,8 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
                 values: Any = self.value.apply(member, observations=states, goals=goals)
                 return values / step_value
 
-            values, residuals = config.regularizer(
-                steps, batch.observations, batch.next_observations, direction
+            values, residuals = config.regularizer.residuals(
+                steps, batch.observations, batch.next_observations, self.coordinates
             )
             return values * step_value, residuals
 

@@ -9,7 +9,7 @@ from pigbench.agents import catalogue
 from pigbench.agents.agent import Agent
 from pigbench.agents.catalogue import summaries
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.constraints import Constraint
+from pigbench.agents.constraints import EikonalConstraint, HJBConstraint
 from pigbench.agents.crl import CRL, CRLConfig
 from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
@@ -17,7 +17,7 @@ from pigbench.agents.gciql import GCIQL, GCIQLConfig
 from pigbench.agents.gcivl import GCIVL, GCIVLConfig
 from pigbench.agents.hiql import HIQL, HIQLConfig
 from pigbench.agents.qrl import QRL, QRLConfig
-from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.regularizers import EikonalRegularizer, HJBRegularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup, unknown_name
@@ -140,13 +140,13 @@ for _method in (
     Method(
         name="eik-gcivl",
         agent=GCIVL,
-        config=GCIVLConfig(regularizer=Regularizer("eikonal")),
+        config=GCIVLConfig(regularizer=EikonalRegularizer()),
         summary=summaries()["eik-gcivl"],
     ),
     Method(
         name="hjb-gcivl",
         agent=GCIVL,
-        config=GCIVLConfig(regularizer=Regularizer("hjb")),
+        config=GCIVLConfig(regularizer=HJBRegularizer()),
         summary=summaries()["hjb-gcivl"],
     ),
     Method(
@@ -158,13 +158,13 @@ for _method in (
     Method(
         name="eik-qrl",
         agent=QRL,
-        config=QRLConfig(constraint=Constraint("eikonal")),
+        config=QRLConfig(constraint=EikonalConstraint()),
         summary=summaries()["eik-qrl"],
     ),
     Method(
         name="hjb-qrl",
         agent=QRL,
-        config=QRLConfig(constraint=Constraint("hjb")),
+        config=QRLConfig(constraint=HJBConstraint()),
         summary=summaries()["hjb-qrl"],
     ),
     Method(

@@ -11,9 +11,10 @@ from pigbench.agents import (
     FlowCloneConfig,
     FlowHierarchyConfig,
     GCIVLConfig,
-    Regularizer,
+    HJBRegularizer,
     Statistics,
 )
+from pigbench.agents.directions import make
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
 
@@ -244,7 +245,7 @@ def test_a_value_out_of_range_is_named(field, value, message):
 def test_motion_is_that_of_the_low_level_in_its_own_coordinates(direction, batch):
     """Of the three that it sees, standardised: dx over its length, or over that of ds."""
     deviation = np.array([1.0, 2.0, 4.0, 8.0], np.float32)
-    low = GCIVLConfig(**SMALL, regularizer=Regularizer("hjb", direction=direction))
+    low = GCIVLConfig(**SMALL, regularizer=HJBRegularizer(direction=direction))
     hierarchy = agents.build(
         "h-flow-gcivl",
         FlowHierarchyConfig(low=low, **SMALL),
@@ -254,10 +255,10 @@ def test_motion_is_that_of_the_low_level_in_its_own_coordinates(direction, batch
     moves = (batch.next_observations - batch.observations)[:, :3]
     measured = moves / deviation[:3] if direction == "own" else moves
     expected = moves / deviation[:3] / np.linalg.norm(measured, axis=1, keepdims=True)
-    assert hierarchy.residual_constants.direction == direction
+    assert hierarchy.penalty.direction == direction
     params = jax.jit(hierarchy.init)(jax.random.key(0))
     learner, _, seen = hierarchy.value_learner(params, batch)
-    motion = learner.direction(direction)
+    motion = make(direction, learner.coordinates)
     np.testing.assert_allclose(
         motion(seen.observations, seen.next_observations, epsilon=1e-9), expected, rtol=1e-4
     )
