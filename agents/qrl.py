@@ -121,9 +121,7 @@ class QRLConfig(AgentConfig):
     constraint: Constraint = field(default_factory=TransitionConstraint)  # on distances
     push_offset: float = 500.0  # the distance beyond which the push fades
     push_beta: float = 0.01  # how sharply it fades
-    actor: Annotated[DDPGBC | AWR, BY_KIND] = field(
-        default_factory=DDPGBC
-    )  # how the policy is extracted
+    actor: Extraction = field(default_factory=DDPGBC)  # how the policy is extracted
     value_goals: GoalMixture = RANDOM_STATES
 
     def __post_init__(self) -> None:
