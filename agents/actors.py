@@ -34,15 +34,15 @@ class PolicyAgent(Agent[Config]):
         return self.policy.init(key, observations=states, goals=goals)
 
     def means(self, params: Params, observations: jax.Array, goals: jax.Array) -> Any:
-        """The policy's mean actions, (B, a), unclipped."""
+        """The policy's mean actions, (..., a), unclipped."""
         goals = self.as_goals(goals)
         return self.policy.apply(params["policy"], observations=observations, goals=goals)
 
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
     ) -> jax.Array:
         """The policy's mean, clipped to [-1, 1]. `key` is unused."""
-        return jnp.clip(self.means(params, observations, goals), -1, 1)
+        return jnp.clip(self.means(params, observation, goal), -1, 1)
 
 
 def clone(means: jax.Array, actions: jax.Array) -> tuple[jax.Array, Metrics]:

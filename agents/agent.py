@@ -57,6 +57,8 @@ def take_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
 class Agent(abc.ABC, Generic[Config]):
     """Networks, loss terms and goal mixture of one method, for one observation and action space.
 
+    `act` and `state_value` work on one example, and callers map them over many; `loss` works on a
+    batch, because some terms depend on all of it: CRL's classes, DDPG+BC's scale, a dual variable.
     An agent can look up coordinates in the space's `layout`. `statistics` are those of the agent's
     observations in the data, and `units` is the size of one unit of each coordinate in the
     environment's own units, (observation_size,).
@@ -116,7 +118,7 @@ class Agent(abc.ABC, Generic[Config]):
         return NoRegularizer()
 
     def value_learner(self, params: Params, batch: Batch) -> "tuple[Agent[Any], Params, Batch]":
-        """What learns `state_values`: an agent, its parameters, and the batch as it sees it."""
+        """What learns `state_value`: an agent, its parameters, and the batch as it sees it."""
         return self, params, batch
 
     @property
@@ -138,8 +140,8 @@ class Agent(abc.ABC, Generic[Config]):
     ) -> tuple[jax.Array, Metrics]:
         """The scalar to minimise in `params`, and scalar metrics."""
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """V(s, g): (B, o) and (B, o) to (B,).
+    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
+        """V(s, g), of a state (o,) and a goal state (o,).
 
         Raises `UserError` if the method learns no state value.
         """
@@ -147,6 +149,9 @@ class Agent(abc.ABC, Generic[Config]):
 
     @abc.abstractmethod
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The evaluation policy: (B, o) and (B, o) to actions (B, a) in [-1, 1]."""
+        """The evaluation policy: an action (a,) in [-1, 1] for a state (o,) and a goal state (o,).
+
+        `key` is for this action only.
+        """

@@ -42,12 +42,6 @@ def integrate(velocity: Velocity, noise: jax.Array, *, steps: int) -> jax.Array:
     return jax.lax.fori_loop(0, steps, step, noise)
 
 
-def best_of(candidates: jax.Array, scores: jax.Array) -> jax.Array:
-    """The candidate with the highest score for each example: (N, ..., n), (N, ...) to (..., n)."""
-    best = jnp.argmax(scores, axis=0)[None, ..., None]
-    return jnp.take_along_axis(candidates, best, axis=0)[0]
-
-
 class VectorField(nn.Module):
     """v(s, g, x, t)."""
 
@@ -104,16 +98,16 @@ class FlowPolicy:
         self,
         params: Any,
         *,
-        observations: jax.Array,
-        goals: jax.Array,
+        observation: jax.Array,
+        goal: jax.Array,
         count: int,
         key: jax.Array,
     ) -> jax.Array:
-        """`count` independent samples for each (s, g): (B, o) and (B, g) to (count, B, n)."""
+        """`count` independent samples: s (o,) and g (g,) to (count, n)."""
         observations, goals = (
-            jnp.broadcast_to(inputs, (count, *inputs.shape)) for inputs in (observations, goals)
+            jnp.broadcast_to(one, (count, *one.shape)) for one in (observation, goal)
         )
-        noise = jax.random.normal(key, (*observations.shape[:-1], self.output_size))
+        noise = jax.random.normal(key, (count, self.output_size))
         return integrate(self._velocity(params, observations, goals), noise, steps=self.steps)
 
     def _velocity(self, params: Any, observations: jax.Array, goals: jax.Array) -> Velocity:

@@ -18,7 +18,7 @@ from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, t
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig
 from pigbench.agents.constraints import Constraint
-from pigbench.agents.flow import FlowPolicy, best_of
+from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.gcivl import GCIVLConfig
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
@@ -149,40 +149,34 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         return high_loss + low_loss, _named_by_level(high_metrics, low_metrics)
 
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The low level's actions towards subgoals newly drawn by the high level."""
+        """The low level's action towards a subgoal newly drawn by the high level."""
         subgoal_key, low_key = jax.random.split(key)
-        subgoals = self.subgoals(params, observations, goals, subgoal_key)
-        return self.follow(params, observations, subgoals, low_key)
+        subgoal = self.subgoal(params, observation, goal, subgoal_key)
+        return self.follow(params, observation, subgoal, low_key)
 
-    def subgoals(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+    def subgoal(
+        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The best of `candidates` samples of the flow: (B, o) and (B, o) to (B, x)."""
+        """The best of `candidates` samples of the flow: (o,) and (o,) to (x,)."""
         high, _ = _levels(params)
-        goals = self.as_goals(goals)
-        candidates = self.actor.sample(
-            high["actor"],
-            observations=observations,
-            goals=goals,
-            count=self.config.candidates,
-            key=key,
-        )
-        scores = self.values.score(high, observations=observations, actions=candidates, goals=goals)
-        return best_of(candidates, scores)
+        inputs = {"observation": observation, "goal": self.as_goals(goal)}
+        count = self.config.candidates
+        candidates = self.actor.sample(high["actor"], **inputs, count=count, key=key)
+        return self.values.best(high, **inputs, candidates=candidates)
 
     def follow(
-        self, params: Params, observations: jax.Array, subgoals: jax.Array, key: jax.Array
+        self, params: Params, observation: jax.Array, subgoal: jax.Array, key: jax.Array
     ) -> jax.Array:
-        """The low level's actions towards `subgoals`: (B, o) and (B, x) to (B, a)."""
+        """The low level's action towards `subgoal`: (o,) and (x,) to (a,)."""
         _, low = _levels(params)
-        return self.low.act(low, self.represent(observations), subgoals, key)
+        return self.low.act(low, self.represent(observation), subgoal, key)
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
         """The low level's value, of both states in its representation."""
         _, low = _levels(params)
-        return self.low.state_values(low, self.represent(observations), self.represent(goals))
+        return self.low.state_value(low, self.represent(observation), self.represent(goal))
 
     @property
     def penalty(self) -> Regularizer | Constraint:

@@ -77,9 +77,9 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
             self._actor_loss(params, batch),
         )
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
         """V(s, g)."""
-        return self._values(params["value"], observations, goals)
+        return self._values(params["value"], observation, goal)
 
     def _value_loss(
         self, params: Params, target_params: Params, batch: Batch

@@ -79,10 +79,10 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
             self.actor_loss(params, batch),
         )
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
         """The mean of the members, on the scale of a cost of 1 per step, whatever the rewards."""
-        goals = self.as_goals(goals)
-        values = apply_ensemble(self.value, params["value"], observations=observations, goals=goals)
+        goal = self.as_goals(goal)
+        values = apply_ensemble(self.value, params["value"], observations=observation, goals=goal)
         return (values.mean(axis=0) - self._goal_reward) / self._step_value
 
     @property

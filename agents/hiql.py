@@ -133,34 +133,34 @@ class HIQL(Agent[HIQLConfig]):
         )
 
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
     ) -> jax.Array:
         """The low-level mean given the high-level mean, clipped to [-1, 1]. `key` is unused."""
-        means: Any = self.high_policy.apply(
-            params["high_policy"], observations=observations, goals=self.as_goals(goals)
+        subgoal: Any = self.high_policy.apply(
+            params["high_policy"], observations=observation, goals=self.as_goals(goal)
         )
-        actions: Any = self.low_policy.apply(
-            params["low_policy"], observations=observations, goals=on_sphere(means)
+        action: Any = self.low_policy.apply(
+            params["low_policy"], observations=observation, goals=on_sphere(subgoal)
         )
-        return jnp.clip(actions, -1, 1)
+        return jnp.clip(action, -1, 1)
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
         """The mean of the members, given the goal's representation."""
-        return self._values(params, observations, goals)[0].mean(axis=0)
+        return self._values(params, observation, goal)[0].mean(axis=0)
 
     def _value_loss(
         self, params: Params, target_params: Params, batch: Batch
     ) -> tuple[jax.Array, Metrics]:
         values, _ = self._values(params, batch.observations, batch.value_goals)
-        (target_values, target_next_values), _ = self._values(
+        targets, _ = self._values(
             jax.lax.stop_gradient(params) | target_params,
             jnp.stack([batch.observations, batch.next_observations]),
             jnp.stack([batch.value_goals] * 2),
         )
         loss = losses.implicit_value(
             values,
-            target_values,
-            target_next_values,
+            targets[:, 0],
+            targets[:, 1],
             batch.value_success,
             discount=self.config.discount,
             level=self.config.expectile,
@@ -177,7 +177,7 @@ class HIQL(Agent[HIQLConfig]):
             jnp.stack([states, next_states, states, subgoals.actor_subgoals]),
             jnp.stack([subgoals.low_actor_goals] * 2 + [batch.actor_goals] * 2),
         )
-        low_value, low_next_value, high_value, high_next_value = values.mean(axis=1)
+        low_value, low_next_value, high_value, high_next_value = values.mean(axis=0)
         low_means: Any = self.low_policy.apply(
             params["low_policy"], observations=states, goals=represented[0]
         )
@@ -209,11 +209,11 @@ class HIQL(Agent[HIQLConfig]):
     def _values(
         self, params: Params, observations: jax.Array, goals: jax.Array
     ) -> tuple[jax.Array, Any]:
-        """V_i(s, phi(s, g)), (..., members, B), and phi(s, g), (..., B, n)."""
+        """V_i(s, phi(s, g)), (members, ...), and phi(s, g), (..., n)."""
         represented: Any = self.representation.apply(
             params["representation"], observations=observations, goals=self.as_goals(goals)
         )
         values = apply_ensemble(
             self.value, params["value"], observations=observations, goals=represented
         )
-        return jnp.moveaxis(values, 0, -2), represented
+        return values, represented

@@ -181,9 +181,9 @@ class QRL(PolicyAgent[QRLConfig]):
             self.config.actor.loss(self, params, here, there, batch),
         )
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
         """-d(s, g)."""
-        here, there = self.encode(params, jnp.stack([observations, goals]))
+        here, there = self.encode(params, jnp.stack([observation, goal]))
         return -self.distance(params, here, there)
 
     def _value_loss(

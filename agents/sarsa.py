@@ -94,6 +94,13 @@ class Sarsa:
             **describe("value", jax.nn.sigmoid(value_logits)),
         }
 
+    def best(
+        self, params: Params, *, observation: jax.Array, goal: jax.Array, candidates: jax.Array
+    ) -> jax.Array:
+        """The candidate (a,) of the highest score: (o,), (g,) and (count, a) to (a,)."""
+        scores = self.score(params, observations=observation, actions=candidates, goals=goal)
+        return candidates[jnp.argmax(scores)]
+
     def score(
         self, params: Params, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
     ) -> jax.Array:

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from pigbench.agents.agent import Agent, Metrics, Params, combine
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.flow import FlowPolicy, best_of
+from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
 from pigbench.errors import require
@@ -95,19 +95,13 @@ class FlowClone(Agent[FlowCloneConfig]):
         return combine(actor, values)
 
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
+        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
     ) -> jax.Array:
         """The best of `candidates` samples of the flow, clipped to [-1, 1]."""
-        goals = self.as_goals(goals)
-        candidates = self.actor.sample(
-            params["actor"],
-            observations=observations,
-            goals=goals,
-            count=self.config.candidates,
-            key=key,
-        )
-        actions = jnp.clip(candidates, -1, 1)
+        inputs = {"observation": observation, "goal": self.as_goals(goal)}
+        count = self.config.candidates
+        drawn = self.actor.sample(params["actor"], **inputs, count=count, key=key)
+        actions = jnp.clip(drawn, -1, 1)
         if not self.has_critic:
             return actions[0]
-        scores = self.values.score(params, observations=observations, actions=actions, goals=goals)
-        return best_of(actions, scores)
+        return self.values.best(params, **inputs, candidates=actions)

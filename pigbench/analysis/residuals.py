@@ -65,7 +65,7 @@ def _measure_batch(
     learner, learned, seen = agent.value_learner(params, batch)
 
     def value(states: Float[Array, "b x"]) -> Float[Array, " b"]:
-        return learner.state_values(learned, states, seen.value_goals)
+        return jax.vmap(learner.state_value, (None, 0, 0))(learned, states, seen.value_goals)
 
     def residuals(kind: type[Equation]) -> jax.Array:
         return equation(kind, learner).residuals(

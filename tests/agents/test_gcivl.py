@@ -115,10 +115,9 @@ def test_a_reward_at_the_goal_gives_the_same_values_on_another_scale(
         for agent, values in ((cost, params), (reward, scaled))
     )
     states, goals = batch.observations, batch.value_goals
+    rewarded, costly = (jax.vmap(one.state_value, (None, 0, 0)) for one in (reward, cost))
     np.testing.assert_allclose(
-        reward.state_values(scaled, states, goals),
-        cost.state_values(params, states, goals),
-        rtol=1e-5,
+        rewarded(scaled, states, goals), costly(params, states, goals), rtol=1e-5
     )
     of_cost, of_reward = jax.device_get((of_cost, of_reward))
     assert of_reward["value/mean"] == pytest.approx(1 + 0.1 * of_cost["value/mean"], rel=1e-9)

@@ -127,33 +127,33 @@ def test_acts_towards_the_best_candidate_of_each_example(hierarchy, init):
     """Against a loop over examples and candidates; the flow's own samples are tested apart."""
     params = init(jax.random.key(0))
     states, goals = jax.random.normal(jax.random.key(1), (2, 5, 4))
-    key = jax.random.key(2)
-    actions = jax.jit(hierarchy.act)(params, states, goals, key)
+    keys = jax.random.split(jax.random.key(2), 5)
+    actions = jax.jit(jax.vmap(hierarchy.act, (None, 0, 0, 0)))(params, states, goals, keys)
 
     sample = jax.jit(hierarchy.actor.sample, static_argnames="count")
-    candidates = sample(
-        params["high_actor"],
-        observations=states,
-        goals=goals,
-        count=32,
-        key=jax.random.split(key)[0],
-    )
     members = [jax.tree.map(lambda leaf, i=i: leaf[i], params["high_critic"]) for i in range(2)]
     criticise = jax.jit(hierarchy.values.critic.apply)
     for b in range(5):
+        candidates = sample(
+            params["high_actor"],
+            observation=states[b],
+            goal=goals[b],
+            count=32,
+            key=jax.random.split(keys[b])[0],
+        )
         logits = [
             [
                 criticise(
                     member,
                     observations=states[b],
-                    actions=candidates[n, b],
+                    actions=candidates[n],
                     goals=goals[b],
                 ).item()
                 for member in members
             ]
             for n in range(32)
         ]
-        best = candidates[np.argmax(np.min(logits, axis=1)), b]
+        best = candidates[np.argmax(np.min(logits, axis=1))]
         mean = hierarchy.low.policy.apply(
             params["low_policy"], observations=states[b, :3], goals=best
         )
@@ -179,7 +179,7 @@ def test_standardized_the_levels_see_the_datas_own_scale(batch):
     params = jax.jit(agent.init)(jax.random.key(0))
     subgoals = jnp.zeros((8, 3))
     np.testing.assert_allclose(
-        agent.follow(params, states, subgoals, jax.random.key(1)),
+        jax.vmap(agent.follow, (None, 0, 0, None))(params, states, subgoals, jax.random.key(1)),
         jnp.clip(
             agent.low.policy.apply(params["low_policy"], observations=expected, goals=subgoals),
             -1,

@@ -43,8 +43,8 @@ class Linear:
     def value_learner(self, params, batch):
         return self, params, batch
 
-    def state_values(self, params, observations, goals):
-        return (observations - goals) @ params
+    def state_value(self, params, observation, goal):
+        return (observation - goal) @ params
 
 
 class Sum(GCIVL):
@@ -56,8 +56,8 @@ class Sum(GCIVL):
         discount=0.9,
     )
 
-    def state_values(self, params, observations, goals):
-        return (observations - (observations - goals) ** 2 / 2).sum(axis=-1)
+    def state_value(self, params, observation, goal):
+        return (observation - (observation - goal) ** 2 / 2).sum()
 
 
 @pytest.fixture
