@@ -30,8 +30,7 @@ class PolicyAgent(Agent[Config]):
 
     def init_policy(self, key: jax.Array) -> Any:
         """Initial parameters of the policy."""
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        return self.policy.init(key, observations=states, goals=goals)
+        return self.policy.init(key, **self.inputs)
 
     def means(self, params: Params, observations: jax.Array, goals: jax.Array) -> Any:
         """The policy's mean actions, (..., a), unclipped."""

@@ -108,6 +108,19 @@ class Agent(abc.ABC, Generic[Config]):
         return self._represent_goals(states) if self._represent_goals else states
 
     @property
+    def inputs(self) -> dict[str, jax.Array]:
+        """Zeros for the inputs of a network of s and g, from which it learns their sizes."""
+        return {
+            "observations": jnp.zeros(self.observation_size),
+            "goals": jnp.zeros(self.goal_size),
+        }
+
+    @property
+    def critic_inputs(self) -> dict[str, jax.Array]:
+        """The same of a network of s, a and g."""
+        return self.inputs | {"actions": jnp.zeros(self.action_size)}
+
+    @property
     def coordinates(self) -> Coordinates:
         """The coordinates in which it sees states."""
         return Coordinates(self.layout, self.statistics, self.units)

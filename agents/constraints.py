@@ -11,8 +11,7 @@ from typing import Annotated, Literal
 import jax
 
 from pigbench.agents import losses
-from pigbench.agents.directions import Coordinates
-from pigbench.agents.residuals import HJB, Eikonal, ValueFunction, gradient_norm
+from pigbench.agents.residuals import HJB, Eikonal, Steps, ValueFunction, gradient_norm
 from pigbench.errors import require
 from pigbench.support.schema import BY_KIND
 
@@ -28,12 +27,7 @@ class TransitionConstraint:
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self,
-        value: ValueFunction,
-        states: jax.Array,
-        next_states: jax.Array,
-        step_distances: jax.Array,
-        coordinates: Coordinates,
+        self, value: ValueFunction, steps: Steps, step_distances: jax.Array
     ) -> jax.Array:
         """relu(d(s, s') - 1)^2, where `step_distances` (B,) are d(s, s')."""
         return losses.hinge(step_distances - 1)
@@ -51,15 +45,10 @@ class EikonalConstraint(Eikonal):
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self,
-        value: ValueFunction,
-        states: jax.Array,
-        next_states: jax.Array,
-        step_distances: jax.Array,
-        coordinates: Coordinates,
+        self, value: ValueFunction, steps: Steps, step_distances: jax.Array
     ) -> jax.Array:
         """relu(||grad_s d|| S(s) - 1)^2, where `value` is -d(., g)."""
-        _, norms = gradient_norm(value, states)
+        _, norms = gradient_norm(value, steps.states)
         return losses.hinge(norms * self.speed - 1)
 
 
@@ -75,15 +64,10 @@ class HJBConstraint(HJB):
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self,
-        value: ValueFunction,
-        states: jax.Array,
-        next_states: jax.Array,
-        step_distances: jax.Array,
-        coordinates: Coordinates,
+        self, value: ValueFunction, steps: Steps, step_distances: jax.Array
     ) -> jax.Array:
         """The HJB residual of `value`, which is -d(., g)."""
-        return self.residuals(value, states, next_states, coordinates)[1]
+        return self.residuals(value, steps)[1]
 
 
 Constraint = Annotated[TransitionConstraint | EikonalConstraint | HJBConstraint, BY_KIND]

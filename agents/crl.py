@@ -52,17 +52,8 @@ class CRL(PolicyAgent[CRLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "critic" (two members, stacked) and "policy"."""
         critic_key, policy_key = jax.random.split(key)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        actions = jnp.zeros((1, self.action_size))
         return {
-            "critic": init_ensemble(
-                self.critic,
-                critic_key,
-                self.members,
-                observations=states,
-                actions=actions,
-                goals=goals,
-            ),
+            "critic": init_ensemble(self.critic, critic_key, self.members, **self.critic_inputs),
             "policy": self.init_policy(policy_key),
         }
 

@@ -127,11 +127,10 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "high_actor", "high_critic", "high_value" and the low level."""
         actor_key, values_key, low_key = jax.random.split(key, 3)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        subgoals = self.represent(states)
+        subgoals = jnp.zeros(self.represent.size)
         high = {
-            "actor": self.actor.init(actor_key, observations=states, goals=goals),
-            **self.values.init(values_key, observations=states, actions=subgoals, goals=goals),
+            "actor": self.actor.init(actor_key, **self.inputs),
+            **self.values.init(values_key, **self.inputs, actions=subgoals),
         }
         return _named_by_level(high, self.low.init(low_key))
 

@@ -52,18 +52,9 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "value", "critic" (two members, stacked) and "policy"."""
         value_key, critic_key, policy_key = jax.random.split(key, 3)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        actions = jnp.zeros((1, self.action_size))
         return {
-            "value": self.value.init(value_key, observations=states, goals=goals),
-            "critic": init_ensemble(
-                self.critic,
-                critic_key,
-                self.members,
-                observations=states,
-                actions=actions,
-                goals=goals,
-            ),
+            "value": self.value.init(value_key, **self.inputs),
+            "critic": init_ensemble(self.critic, critic_key, self.members, **self.critic_inputs),
             "policy": self.init_policy(policy_key),
         }
 

@@ -20,6 +20,7 @@ from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import Value, apply_ensemble, init_ensemble
 from pigbench.agents.regularizers import NoRegularizer, Regularizer
+from pigbench.agents.residuals import Steps
 from pigbench.errors import lookup, require
 
 
@@ -62,11 +63,8 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "value" (two members, stacked) and "policy"."""
         value_key, policy_key = jax.random.split(key)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         return {
-            "value": init_ensemble(
-                self.value, value_key, self.members, observations=states, goals=goals
-            ),
+            "value": init_ensemble(self.value, value_key, self.members, **self.inputs),
             "policy": self.init_policy(policy_key),
         }
 
@@ -98,15 +96,14 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
         config = self.config
         step_value = self._step_value  # residuals assume a cost of 1 per step
         goals = self.as_goals(batch.value_goals)
+        steps = Steps(batch.observations, batch.next_observations, self.coordinates)
 
         def regularized(member: Any) -> tuple[jax.Array, jax.Array]:
-            def steps(states: jax.Array) -> Any:
+            def per_step(states: jax.Array) -> Any:
                 values: Any = self.value.apply(member, observations=states, goals=goals)
                 return values / step_value
 
-            values, residuals = config.regularizer.residuals(
-                steps, batch.observations, batch.next_observations, self.coordinates
-            )
+            values, residuals = config.regularizer.residuals(per_step, steps)
             return values * step_value, residuals
 
         values, residuals = jax.vmap(regularized)(members)

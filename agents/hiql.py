@@ -110,16 +110,11 @@ class HIQL(Agent[HIQLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "representation", "value" (stacked), "high_policy" and "low_policy"."""
         keys = jax.random.split(key, 4)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        plain: dict[str, Any] = {"observations": states, "goals": goals}
-        represented: dict[str, Any] = {
-            "observations": states,
-            "goals": jnp.zeros((1, self.config.representation_size)),
-        }
+        represented = self.inputs | {"goals": jnp.zeros(self.config.representation_size)}
         return {
-            "representation": self.representation.init(keys[0], **plain),
+            "representation": self.representation.init(keys[0], **self.inputs),
             "value": init_ensemble(self.value, keys[1], self.members, **represented),
-            "high_policy": self.high_policy.init(keys[2], **plain),
+            "high_policy": self.high_policy.init(keys[2], **self.inputs),
             "low_policy": self.low_policy.init(keys[3], **represented),
         }
 

@@ -20,6 +20,7 @@ from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import Constraint, TransitionConstraint
 from pigbench.agents.networks import LatentDynamics
 from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
+from pigbench.agents.residuals import Steps
 from pigbench.errors import UserError, lookup, require
 from pigbench.support.schema import BY_KIND
 
@@ -41,8 +42,7 @@ class DDPGBC:
 
     def init(self, agent: "QRL", key: jax.Array) -> Params:
         """Parameters of "dynamics"."""
-        latents = jnp.zeros((1, agent.config.latent_size))
-        actions = jnp.zeros((1, agent.action_size))
+        latents, actions = jnp.zeros(agent.config.latent_size), jnp.zeros(agent.action_size)
         return {"dynamics": agent.dynamics.init(key, latents=latents, actions=actions)}
 
     def loss(
@@ -162,9 +162,8 @@ class QRL(PolicyAgent[QRLConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "value", "policy" and, for DDPG+BC, "dynamics"; log of the "multiplier"."""
         value_key, dynamics_key, policy_key = jax.random.split(key, 3)
-        states = jnp.zeros((1, self.observation_size))
         return {
-            "value": self.quasimetric.init(value_key, observations=states, goals=states),
+            "value": self.quasimetric.init(value_key, **self.inputs),
             "multiplier": jnp.zeros(()),
             "policy": self.init_policy(policy_key),
             **self.config.actor.init(self, dynamics_key),
@@ -196,9 +195,8 @@ class QRL(PolicyAgent[QRLConfig]):
         def value(states: jax.Array) -> jax.Array:
             return -self.distance(params, self.encode(params, states), goals)
 
-        violation = config.constraint.violations(
-            value, batch.observations, batch.next_observations, step_distances, self.coordinates
-        ).mean()
+        steps = Steps(batch.observations, batch.next_observations, self.coordinates)
+        violation = config.constraint.violations(value, steps, step_distances).mean()
         push = losses.push_apart(distances, offset=config.push_offset, beta=config.push_beta).mean()
         loss = push + losses.lagrangian(
             params["multiplier"], violation, margin=config.constraint.margin

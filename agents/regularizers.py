@@ -8,11 +8,9 @@ residuals, each (B,), by its method `residuals`. To add a kind, write a class an
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-import jax
 import jax.numpy as jnp
 
-from pigbench.agents.directions import Coordinates
-from pigbench.agents.residuals import HJB, Eikonal, ValueFunction, ValuesAndResiduals
+from pigbench.agents.residuals import HJB, Eikonal, Steps, ValueFunction, ValuesAndResiduals
 from pigbench.errors import require
 from pigbench.support.schema import BY_KIND
 
@@ -25,15 +23,9 @@ class NoRegularizer:
 
     weight: ClassVar[float] = 0.0
 
-    def residuals(
-        self,
-        value: ValueFunction,
-        states: jax.Array,
-        next_states: jax.Array,
-        coordinates: Coordinates,
-    ) -> ValuesAndResiduals:
+    def residuals(self, value: ValueFunction, steps: Steps) -> ValuesAndResiduals:
         """V(s) and 0."""
-        values = value(states)
+        values = value(steps.states)
         return values, jnp.zeros_like(values)
 
 

@@ -8,6 +8,7 @@ representation.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,6 +21,14 @@ from pigbench.errors import lookup, require
 ValueFunction = Callable[[jax.Array], jax.Array]
 ValuesAndResiduals = tuple[jax.Array, jax.Array]
 OWN = Direction()
+
+
+class Steps(NamedTuple):
+    """B transitions as an agent sees them."""
+
+    states: jax.Array  # (B, n)
+    next_states: jax.Array  # (B, n)
+    coordinates: Coordinates  # of both
 
 
 def gradient_norm(value: ValueFunction, states: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -68,15 +77,9 @@ class Eikonal:
     def __post_init__(self) -> None:
         require(self, lambda x: x > 0, "positive", "speed")
 
-    def residuals(
-        self,
-        value: ValueFunction,
-        states: jax.Array,
-        next_states: jax.Array,
-        coordinates: Coordinates,
-    ) -> ValuesAndResiduals:
+    def residuals(self, value: ValueFunction, steps: Steps) -> ValuesAndResiduals:
         """V(s) and the residual at s, each (B,)."""
-        return eikonal_residual(value, states, speed=self.speed)
+        return eikonal_residual(value, steps.states, speed=self.speed)
 
 
 @dataclass(frozen=True)
@@ -90,13 +93,9 @@ class HJB:
         lookup("direction", DIRECTIONS, self.direction)
         require(self, lambda x: x > 0, "positive", "epsilon")
 
-    def residuals(
-        self,
-        value: ValueFunction,
-        states: jax.Array,
-        next_states: jax.Array,
-        coordinates: Coordinates,
-    ) -> ValuesAndResiduals:
-        """V(s) and the residual at s, each (B,); states are in these `coordinates`."""
-        direction = directions.make(self.direction, coordinates)
-        return hjb_residual(value, states, next_states, epsilon=self.epsilon, direction=direction)
+    def residuals(self, value: ValueFunction, steps: Steps) -> ValuesAndResiduals:
+        """V(s) and the residual at s, each (B,)."""
+        direction = directions.make(self.direction, steps.coordinates)
+        return hjb_residual(
+            value, steps.states, steps.next_states, epsilon=self.epsilon, direction=direction
+        )

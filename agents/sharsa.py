@@ -59,13 +59,9 @@ class FlowClone(Agent[FlowCloneConfig]):
     def init(self, key: jax.Array) -> Params:
         """Parameters of "actor" and, with a critic, "critic" and "value"."""
         actor_key, values_key = jax.random.split(key)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        actions = jnp.zeros((1, self.action_size))
-        params = {"actor": self.actor.init(actor_key, observations=states, goals=goals)}
+        params = {"actor": self.actor.init(actor_key, **self.inputs)}
         if self.has_critic:
-            params |= self.values.init(
-                values_key, observations=states, actions=actions, goals=goals
-            )
+            params |= self.values.init(values_key, **self.critic_inputs)
         return params
 
     def loss(

@@ -16,6 +16,7 @@ from pigbench.agents.regularizers import (
     NoRegularizer,
     Regularizer,
 )
+from pigbench.agents.residuals import Steps
 from pigbench.errors import require
 from pigbench.layout import Layout
 from pigbench.seeds import key as seed_key
@@ -124,9 +125,7 @@ def _loss(
     def mode_loss(number: int, mode: Mode, states: jax.Array) -> jax.Array:
         values, residuals = regularizer.residuals(
             lambda states: -predict(settings, params, number, states),
-            states,
-            mode.successor(states),
-            _PLANE,
+            Steps(states, mode.successor(states), _PLANE),
         )
         errors = values + mode.cost_to_go(states)
         return jnp.mean(errors**2 + regularizer.weight * residuals)

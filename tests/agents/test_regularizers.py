@@ -5,6 +5,7 @@ import pytest
 
 from pigbench.agents import EikonalRegularizer, HJBRegularizer, NoRegularizer
 from pigbench.agents.directions import Coordinates
+from pigbench.agents.residuals import Steps
 from pigbench.errors import UserError
 from pigbench.layout import Layout
 
@@ -16,7 +17,7 @@ def test_gradients_are_finite_where_nothing_moves_and_the_value_is_flat(regulari
     states = jnp.ones((2, 3))
 
     def loss(weights):
-        return regularizer.residuals(lambda states: states @ weights, states, states, PLAIN)[
+        return regularizer.residuals(lambda states: states @ weights, Steps(states, states, PLAIN))[
             1
         ].sum()
 
@@ -28,7 +29,7 @@ def test_gradients_are_finite_where_nothing_moves_and_the_value_is_flat(regulari
 def test_no_regularizer_leaves_the_value_alone():
     states = jnp.arange(4.0).reshape(2, 2)
     values, residuals = NoRegularizer().residuals(
-        lambda states: states.sum(axis=-1), states, states + 1, PLAIN
+        lambda states: states.sum(axis=-1), Steps(states, states + 1, PLAIN)
     )
     np.testing.assert_array_equal(values, [1.0, 5.0])
     np.testing.assert_array_equal(residuals, 0)
@@ -40,7 +41,7 @@ def test_constants_reach_the_residual():
 
     def residual(regularizer):
         _, residuals = regularizer.residuals(
-            lambda states: 2 * states[:, 0], states, next_states, PLAIN
+            lambda states: 2 * states[:, 0], Steps(states, next_states, PLAIN)
         )
         return residuals.item()
 
