@@ -4,9 +4,9 @@ import abc
 from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
-import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
@@ -14,24 +14,26 @@ from pigbench.agents.constraints import Constraint
 from pigbench.agents.directions import Coordinates
 from pigbench.agents.regularizers import NoRegularizer, Regularizer
 from pigbench.agents.representations import GOALS, Representation
+from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
 from pigbench.layout import Space
 
-Params = dict[str, Any]  # network name -> parameters
-Metrics = dict[str, jax.Array]  # "<part>/<quantity>" -> scalar
+Params = dict[str, PyTree]  # network name -> parameters
+Metrics = dict[str, Scalar]  # "<part>/<quantity>" -> value
+LossAndMetrics = tuple[Scalar, Metrics]
 
 Config = TypeVar("Config", bound=AgentConfig)
 T = TypeVar("T")
 
 
-def combine(*parts: tuple[jax.Array, Metrics]) -> tuple[jax.Array, Metrics]:
+def combine(*parts: LossAndMetrics) -> LossAndMetrics:
     """The sum of the parts' losses, and all their metrics."""
     metrics = {name: value for _, part in parts for name, value in part.items()}
     return jnp.stack([loss for loss, _ in parts]).sum(), metrics
 
 
-def describe(part: str, values: jax.Array) -> Metrics:
+def describe(part: str, values: Float[Array, "..."]) -> Metrics:
     """The mean, minimum and maximum of `values`, as metrics of `part`."""
     return {
         f"{part}/mean": values.mean(),
@@ -103,12 +105,12 @@ class Agent(abc.ABC, Generic[Config]):
         """The length of a goal as networks see it."""
         return self._represent_goals.size if self._represent_goals else self.observation_size
 
-    def as_goals(self, states: jax.Array) -> jax.Array:
-        """Goals as networks see them, from goal states: (..., o) to (..., goal_size)."""
+    def as_goals(self, states: Float[Array, "*batch observation"]) -> Float[Array, "*batch goal"]:
+        """Goals as networks see them, from goal states."""
         return self._represent_goals(states) if self._represent_goals else states
 
     @property
-    def inputs(self) -> dict[str, jax.Array]:
+    def inputs(self) -> dict[str, Float[Array, "_"]]:
         """Zeros for the inputs of a network of s and g, from which it learns their sizes."""
         return {
             "observations": jnp.zeros(self.observation_size),
@@ -116,7 +118,7 @@ class Agent(abc.ABC, Generic[Config]):
         }
 
     @property
-    def critic_inputs(self) -> dict[str, jax.Array]:
+    def critic_inputs(self) -> dict[str, Float[Array, "_"]]:
         """The same of a network of s, a and g."""
         return self.inputs | {"actions": jnp.zeros(self.action_size)}
 
@@ -144,17 +146,22 @@ class Agent(abc.ABC, Generic[Config]):
         )
 
     @abc.abstractmethod
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Initial parameters of every network that the optimiser trains."""
 
     @abc.abstractmethod
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """The scalar to minimise in `params`, and scalar metrics."""
 
-    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
-        """V(s, g), of a state (o,) and a goal state (o,).
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
+        """V(s, g), of a state and a goal state.
 
         Raises `UserError` if the method learns no state value.
         """
@@ -162,9 +169,13 @@ class Agent(abc.ABC, Generic[Config]):
 
     @abc.abstractmethod
     def act(
-        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
-    ) -> jax.Array:
-        """The evaluation policy: an action (a,) in [-1, 1] for a state (o,) and a goal state (o,).
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
+        """The evaluation policy: an action in [-1, 1] for a state and a goal state.
 
         `key` is for this action only.
         """

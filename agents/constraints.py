@@ -1,17 +1,18 @@
 """Constraints that bound QRL's distances: a dual variable holds the mean violation at a margin.
 
-A configuration has one of them. Each kind has its own constants, and computes squared violations,
-(B,), by its method `violations`; `losses.lagrangian` has the dual variable. To add a kind, write a
+A configuration has one of them. Each kind has its own constants, and computes squared violations
+by its method `violations`; `losses.lagrangian` has the dual variable. To add a kind, write a
 class and name it in `Constraint`.
 """
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-import jax
+from jaxtyping import Float
 
 from pigbench.agents import losses
 from pigbench.agents.residuals import HJB, Eikonal, Steps, ValueFunction, gradient_norm
+from pigbench.agents.shapes import Array
 from pigbench.errors import require
 from pigbench.support.schema import BY_KIND
 
@@ -27,9 +28,9 @@ class TransitionConstraint:
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self, value: ValueFunction, steps: Steps, step_distances: jax.Array
-    ) -> jax.Array:
-        """relu(d(s, s') - 1)^2, where `step_distances` (B,) are d(s, s')."""
+        self, value: ValueFunction, steps: Steps, step_distances: Float[Array, "batch"]
+    ) -> Float[Array, "batch"]:
+        """relu(d(s, s') - 1)^2, where `step_distances` are d(s, s')."""
         return losses.hinge(step_distances - 1)
 
 
@@ -45,8 +46,8 @@ class EikonalConstraint(Eikonal):
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self, value: ValueFunction, steps: Steps, step_distances: jax.Array
-    ) -> jax.Array:
+        self, value: ValueFunction, steps: Steps, step_distances: Float[Array, "batch"]
+    ) -> Float[Array, "batch"]:
         """relu(||grad_s d|| S(s) - 1)^2, where `value` is -d(., g)."""
         _, norms = gradient_norm(value, steps.states)
         return losses.hinge(norms * self.speed - 1)
@@ -64,8 +65,8 @@ class HJBConstraint(HJB):
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self, value: ValueFunction, steps: Steps, step_distances: jax.Array
-    ) -> jax.Array:
+        self, value: ValueFunction, steps: Steps, step_distances: Float[Array, "batch"]
+    ) -> Float[Array, "batch"]:
         """The HJB residual of `value`, which is -d(., g)."""
         return self.residuals(value, steps)[1]
 

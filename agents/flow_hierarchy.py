@@ -13,8 +13,16 @@ from typing import Any, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray, Scalar
 
-from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, take_prefix
+from pigbench.agents.agent import (
+    Agent,
+    LossAndMetrics,
+    Params,
+    add_prefix,
+    combine,
+    take_prefix,
+)
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig
 from pigbench.agents.constraints import Constraint
@@ -23,6 +31,7 @@ from pigbench.agents.gcivl import GCIVLConfig
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
+from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics, require_statistics
 from pigbench.errors import UserError, lookup, require
 from pigbench.layout import Space
@@ -124,7 +133,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         """The critic of subgoals."""
         return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "high_actor", "high_critic", "high_value" and the low level."""
         actor_key, values_key, low_key = jax.random.split(key, 3)
         subgoals = jnp.zeros(self.represent.size)
@@ -135,8 +144,8 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         return _named_by_level(high, self.low.init(low_key))
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """The sum of both levels' losses, which train disjoint networks."""
         high, low = _levels(params)
         high_targets, low_targets = _levels(target_params)
@@ -148,17 +157,25 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         return high_loss + low_loss, _named_by_level(high_metrics, low_metrics)
 
     def act(
-        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
-    ) -> jax.Array:
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
         """The low level's action towards a subgoal newly drawn by the high level."""
         subgoal_key, low_key = jax.random.split(key)
         subgoal = self.subgoal(params, observation, goal, subgoal_key)
         return self.follow(params, observation, subgoal, low_key)
 
     def subgoal(
-        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
-    ) -> jax.Array:
-        """The best of `candidates` samples of the flow: (o,) and (o,) to (x,)."""
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "x"]:
+        """The best of `candidates` samples of the flow."""
         high, _ = _levels(params)
         inputs = {"observation": observation, "goal": self.as_goals(goal)}
         count = self.config.candidates
@@ -166,13 +183,22 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         return self.values.best(high, **inputs, candidates=candidates)
 
     def follow(
-        self, params: Params, observation: jax.Array, subgoal: jax.Array, key: jax.Array
-    ) -> jax.Array:
-        """The low level's action towards `subgoal`: (o,) and (x,) to (a,)."""
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        subgoal: Float[Array, "x"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
+        """The low level's action towards `subgoal`."""
         _, low = _levels(params)
         return self.low.act(low, self.represent(observation), subgoal, key)
 
-    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
         """The low level's value, of both states in its representation."""
         _, low = _levels(params)
         return self.low.state_value(low, self.represent(observation), self.represent(goal))
@@ -193,8 +219,8 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         target_params: Params,
         batch: Batch,
         subgoals: Subgoals,
-        key: jax.Array,
-    ) -> tuple[jax.Array, Metrics]:
+        key: PRNGKeyArray,
+    ) -> LossAndMetrics:
         return combine(
             self.actor.loss(
                 params["actor"],

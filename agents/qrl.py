@@ -7,20 +7,22 @@ variable, the latent dynamics and the actor's BC weight (that of the cubes) are 
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import Metrics, Params, combine, describe
+from pigbench.agents.agent import LossAndMetrics, Params, combine, describe
 from pigbench.agents.batch import Batch, GoalMixture
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import Constraint, TransitionConstraint
-from pigbench.agents.networks import LatentDynamics
+from pigbench.agents.networks import LatentDynamics, apply
 from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
 from pigbench.agents.residuals import Steps
+from pigbench.agents.shapes import Array
 from pigbench.errors import UserError, lookup, require
 from pigbench.support.schema import BY_KIND
 
@@ -40,19 +42,24 @@ class DDPGBC:
     def __post_init__(self) -> None:
         require(self, lambda x: x >= 0, "at least 0", "bc_weight")
 
-    def init(self, agent: "QRL", key: jax.Array) -> Params:
+    def init(self, agent: "QRL", key: PRNGKeyArray) -> Params:
         """Parameters of "dynamics"."""
         latents, actions = jnp.zeros(agent.config.latent_size), jnp.zeros(agent.action_size)
         return {"dynamics": agent.dynamics.init(key, latents=latents, actions=actions)}
 
     def loss(
-        self, agent: "QRL", params: Params, here: jax.Array, there: jax.Array, batch: Batch
-    ) -> tuple[jax.Array, Metrics]:
+        self,
+        agent: "QRL",
+        params: Params,
+        here: Float[Array, "batch n"],
+        there: Float[Array, "batch n"],
+        batch: Batch,
+    ) -> LossAndMetrics:
         """The losses of the dynamics and of the policy; `here` and `there` embed s and s'."""
         frozen, frozen_here = jax.lax.stop_gradient((params, here))
         goals = agent.encode(frozen, batch.actor_goals)
 
-        def critic(actions: jax.Array) -> jax.Array:
+        def critic(actions: Float[Array, "batch action"]) -> Float[Array, "batch"]:
             return -agent.distance(frozen, agent.predict(frozen, frozen_here, actions), goals)
 
         return combine(
@@ -69,10 +76,10 @@ class DDPGBC:
         self,
         agent: "QRL",
         params: Params,
-        here: jax.Array,
-        there: jax.Array,
-        actions: jax.Array,
-    ) -> tuple[jax.Array, Metrics]:
+        here: Float[Array, "batch n"],
+        there: Float[Array, "batch n"],
+        actions: Float[Array, "batch action"],
+    ) -> LossAndMetrics:
         """The distance between next embedding and prediction, averaged over both directions."""
         predicted = agent.predict(params, here, actions)
         there, predicted = jnp.stack([there, predicted]), jnp.stack([predicted, there])
@@ -90,13 +97,18 @@ class AWR:
     def __post_init__(self) -> None:
         require(self, lambda x: x >= 0, "at least 0", "temperature")
 
-    def init(self, agent: "QRL", key: jax.Array) -> Params:
+    def init(self, agent: "QRL", key: PRNGKeyArray) -> Params:
         """No parameters: it needs no model."""
         return {}
 
     def loss(
-        self, agent: "QRL", params: Params, here: jax.Array, there: jax.Array, batch: Batch
-    ) -> tuple[jax.Array, Metrics]:
+        self,
+        agent: "QRL",
+        params: Params,
+        here: Float[Array, "batch n"],
+        there: Float[Array, "batch n"],
+        batch: Batch,
+    ) -> LossAndMetrics:
         """The policy's loss; `here` and `there` embed s and s'."""
         frozen, here, there = jax.lax.stop_gradient((params, here, there))
         goals = agent.encode(frozen, batch.actor_goals)
@@ -159,7 +171,7 @@ class QRL(PolicyAgent[QRLConfig]):
         """The network that predicts the next state's embedding."""
         return LatentDynamics(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "value", "policy" and, for DDPG+BC, "dynamics"; log of the "multiplier"."""
         value_key, dynamics_key, policy_key = jax.random.split(key, 3)
         return {
@@ -170,8 +182,8 @@ class QRL(PolicyAgent[QRLConfig]):
         }
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """Value, dynamics and actor losses. `key` is unused."""
         states = jnp.stack([batch.observations, batch.next_observations, batch.value_goals])
         here, there, goals = self.encode(params, states)
@@ -180,19 +192,29 @@ class QRL(PolicyAgent[QRLConfig]):
             self.config.actor.loss(self, params, here, there, batch),
         )
 
-    def state_value(self, params: Params, observation: jax.Array, goal: jax.Array) -> jax.Array:
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
         """-d(s, g)."""
         here, there = self.encode(params, jnp.stack([observation, goal]))
         return -self.distance(params, here, there)
 
     def _value_loss(
-        self, params: Params, here: jax.Array, there: jax.Array, goals: jax.Array, batch: Batch
-    ) -> tuple[jax.Array, Metrics]:
+        self,
+        params: Params,
+        here: Float[Array, "batch n"],
+        there: Float[Array, "batch n"],
+        goals: Float[Array, "batch n"],
+        batch: Batch,
+    ) -> LossAndMetrics:
         config = self.config
         distances = self.distance(params, here, goals)
         step_distances = self.distance(params, here, there)
 
-        def value(states: jax.Array) -> jax.Array:
+        def value(states: Float[Array, "batch observation"]) -> Float[Array, "batch"]:
             return -self.distance(params, self.encode(params, states), goals)
 
         steps = Steps(batch.observations, batch.next_observations, self.coordinates)
@@ -208,14 +230,23 @@ class QRL(PolicyAgent[QRLConfig]):
             "dual/multiplier": jnp.exp(params["multiplier"]),
         }
 
-    def encode(self, params: Params, states: jax.Array) -> Any:
+    def encode(
+        self, params: Params, states: Float[Array, "*batch observation"]
+    ) -> Float[Array, "*batch n"]:
         """The embeddings of states, between which `distance` measures."""
-        return self.quasimetric.apply(params["value"], observations=states, method="encode")
+        return apply(self.quasimetric, params["value"], method="encode", observations=states)
 
-    def distance(self, params: Params, starts: jax.Array, ends: jax.Array) -> Any:
+    def distance(
+        self, params: Params, starts: Float[Array, "*batch n"], ends: Float[Array, "*#batch n"]
+    ) -> Float[Array, "*batch"]:
         """d from one embedding to another."""
-        return self.quasimetric.apply(params["value"], starts=starts, ends=ends, method="distance")
+        return apply(self.quasimetric, params["value"], method="distance", starts=starts, ends=ends)
 
-    def predict(self, params: Params, latents: jax.Array, actions: jax.Array) -> Any:
+    def predict(
+        self,
+        params: Params,
+        latents: Float[Array, "batch n"],
+        actions: Float[Array, "batch action"],
+    ) -> Float[Array, "batch n"]:
         """The embeddings of the states that actions lead to."""
-        return self.dynamics.apply(params["dynamics"], latents=latents, actions=actions)
+        return apply(self.dynamics, params["dynamics"], latents=latents, actions=actions)

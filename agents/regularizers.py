@@ -1,7 +1,7 @@
 """Physics-informed regularisers of a value loss: a weight, and a residual that it weighs.
 
 A configuration has one of them. Each kind has its own constants, and computes V(s) and unweighted
-residuals, each (B,), by its method `residuals`. To add a kind, write a class and name it in
+residuals by its method `residuals`. To add a kind, write a class and name it in
 `Regularizer`.
 """
 

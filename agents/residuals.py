@@ -1,9 +1,8 @@
 """Differential equations that a value should satisfy, and their residuals.
 
-A residual is that of a value function of the state only, V: (B, n) -> (B,), with goals already
-bound. It comes with the values, so that a value loss needs no second forward pass. Nothing here
-depends on the network or the space: V may be a negative distance, and the state a low-level
-representation.
+A residual is that of a value function of the state only, with goals already bound. It comes with
+the values, so that a value loss needs no second forward pass. Nothing here depends on the network
+or the space: V may be a negative distance, and the state a low-level representation.
 """
 
 from collections.abc import Callable
@@ -12,36 +11,40 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float
 
 from pigbench.agents import directions
 from pigbench.agents.directions import DIRECTIONS, Coordinates, Direction, Motion
 from pigbench.agents.norms import safe_norm
+from pigbench.agents.shapes import Array
 from pigbench.errors import lookup, require
 
-ValueFunction = Callable[[jax.Array], jax.Array]
-ValuesAndResiduals = tuple[jax.Array, jax.Array]
+ValueFunction = Callable[[Float[Array, "batch n"]], Float[Array, "batch"]]
+ValuesAndResiduals = tuple[Float[Array, "batch"], Float[Array, "batch"]]
 OWN = Direction()
 
 
 class Steps(NamedTuple):
     """B transitions as an agent sees them."""
 
-    states: jax.Array  # (B, n)
-    next_states: jax.Array  # (B, n)
+    states: Float[Array, "batch n"]
+    next_states: Float[Array, "batch n"]
     coordinates: Coordinates  # of both
 
 
-def gradient_norm(value: ValueFunction, states: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """V(s) and ||grad_s V(s)||, each (B,)."""
+def gradient_norm(
+    value: ValueFunction, states: Float[Array, "batch n"]
+) -> tuple[Float[Array, "batch"], Float[Array, "batch"]]:
+    """V(s) and ||grad_s V(s)||."""
     values, pullback = jax.vjp(value, states)
     (gradients,) = pullback(jnp.ones_like(values))
     return values, safe_norm(gradients)
 
 
 def eikonal_residual(
-    value: ValueFunction, states: jax.Array, *, speed: jax.Array | float
+    value: ValueFunction, states: Float[Array, "batch n"], *, speed: Float[Array, "batch"] | float
 ) -> ValuesAndResiduals:
-    """(||grad_s V|| S(s) - 1)^2, the Eikonal residual; `speed` is S(s), a scalar or (B,).
+    """(||grad_s V|| S(s) - 1)^2, the Eikonal residual; `speed` is S(s).
 
     See "Physics-informed GCRL" in the paper.
     """
@@ -51,8 +54,8 @@ def eikonal_residual(
 
 def hjb_residual(
     value: ValueFunction,
-    states: jax.Array,
-    next_states: jax.Array,
+    states: Float[Array, "batch n"],
+    next_states: Float[Array, "batch n"],
     *,
     epsilon: float,
     direction: Motion = OWN,
@@ -78,7 +81,7 @@ class Eikonal:
         require(self, lambda x: x > 0, "positive", "speed")
 
     def residuals(self, value: ValueFunction, steps: Steps) -> ValuesAndResiduals:
-        """V(s) and the residual at s, each (B,)."""
+        """V(s) and the residual at s."""
         return eikonal_residual(value, steps.states, speed=self.speed)
 
 
@@ -94,7 +97,7 @@ class HJB:
         require(self, lambda x: x > 0, "positive", "epsilon")
 
     def residuals(self, value: ValueFunction, steps: Steps) -> ValuesAndResiduals:
-        """V(s) and the residual at s, each (B,)."""
+        """V(s) and the residual at s."""
         direction = directions.make(self.direction, steps.coordinates)
         return hjb_residual(
             value, steps.states, steps.next_states, epsilon=self.epsilon, direction=direction

@@ -10,13 +10,15 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray
 
-from pigbench.agents.agent import Agent, Metrics, Params, combine
+from pigbench.agents.agent import Agent, LossAndMetrics, Params, combine
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
+from pigbench.agents.shapes import Array
 from pigbench.errors import require
 from pigbench.layout import Space
 
@@ -56,7 +58,7 @@ class FlowClone(Agent[FlowCloneConfig]):
         """The critic of actions."""
         return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "actor" and, with a critic, "critic" and "value"."""
         actor_key, values_key = jax.random.split(key)
         params = {"actor": self.actor.init(actor_key, **self.inputs)}
@@ -65,8 +67,8 @@ class FlowClone(Agent[FlowCloneConfig]):
         return params
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """The flow-matching loss and, with a critic, its losses, which train disjoint networks."""
         actor = self.actor.loss(
             params["actor"],
@@ -91,8 +93,12 @@ class FlowClone(Agent[FlowCloneConfig]):
         return combine(actor, values)
 
     def act(
-        self, params: Params, observation: jax.Array, goal: jax.Array, key: jax.Array
-    ) -> jax.Array:
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
         """The best of `candidates` samples of the flow, clipped to [-1, 1]."""
         inputs = {"observation": observation, "goal": self.as_goals(goal)}
         count = self.config.candidates
