@@ -79,8 +79,8 @@ def unit_gaussian_log_prob(
 
 
 def awr(
-    advantages: Float[Array, "batch"], log_probs: Float[Array, "batch"], *, temperature: float
-) -> Float[Array, "batch"]:
+    advantages: Float[Array, "*batch"], log_probs: Float[Array, "*batch"], *, temperature: float
+) -> Float[Array, "*batch"]:
     """Advantage-weighted regression, -min(exp(temperature * A), 100) log pi(a | s, g).
 
     The weights carry no gradient ("Low-level actor loss" in the paper's appendix).
@@ -90,8 +90,8 @@ def awr(
 
 
 def push_apart(
-    distances: Float[Array, "batch"], *, offset: float, beta: float
-) -> Float[Array, "batch"]:
+    distances: Float[Array, "*batch"], *, offset: float, beta: float
+) -> Float[Array, "*batch"]:
     """QRL's push on distances: softplus of offset - d with sharpness `beta`; fades past `offset`.
 
     Wang et al. (2023), "Optimal Goal-Reaching Reinforcement Learning via Quasimetric Learning".
@@ -99,7 +99,7 @@ def push_apart(
     return jax.nn.softplus(beta * (offset - distances)) / beta
 
 
-def hinge(excess: Float[Array, "batch"]) -> Float[Array, "batch"]:
+def hinge(excess: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
     """The squared positive part: the penalty for the constraint `excess` <= 0."""
     return jax.nn.relu(excess) ** 2
 
