@@ -1,20 +1,21 @@
 """Agents that act with a single Gaussian policy, and the losses that train it.
 
-The policy is pi(a | s, g) = N(mean(s, g), I). Every loss takes its means on a batch, (B, a), and
-the batch's actions, and returns a scalar and metrics.
+The policy is pi(a | s, g) = N(mean(s, g), I). Every loss takes its means on a batch, and the
+batch's actions.
 """
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents import losses
-from pigbench.agents.agent import Agent, Config, Metrics, Params
-from pigbench.agents.networks import Policy
+from pigbench.agents.agent import Agent, Config, LossAndMetrics, Metrics, Params
+from pigbench.agents.networks import Policy, apply
 from pigbench.agents.representations import GOALS
+from pigbench.agents.shapes import Array
 
 
 class PolicyAgent(Agent[Config]):
@@ -28,46 +29,60 @@ class PolicyAgent(Agent[Config]):
         config = self.config
         return Policy(config.actor_hidden_sizes, self.action_size, config.actor_layer_norm)
 
-    def init_policy(self, key: jax.Array) -> Any:
+    def init_policy(self, key: PRNGKeyArray) -> PyTree:
         """Initial parameters of the policy."""
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        return self.policy.init(key, observations=states, goals=goals)
+        return self.policy.init(key, **self.inputs)
 
-    def means(self, params: Params, observations: jax.Array, goals: jax.Array) -> Any:
-        """The policy's mean actions, (B, a), unclipped."""
+    def means(
+        self,
+        params: Params,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch observation"],
+    ) -> Float[Array, "*batch action"]:
+        """The policy's mean actions, unclipped."""
         goals = self.as_goals(goals)
-        return self.policy.apply(params["policy"], observations=observations, goals=goals)
+        return apply(self.policy, params["policy"], observations=observations, goals=goals)
 
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
-    ) -> jax.Array:
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
         """The policy's mean, clipped to [-1, 1]. `key` is unused."""
-        return jnp.clip(self.means(params, observations, goals), -1, 1)
+        return jnp.clip(self.means(params, observation, goal), -1, 1)
 
 
-def clone(means: jax.Array, actions: jax.Array) -> tuple[jax.Array, Metrics]:
+def clone(
+    means: Float[Array, "batch action"], actions: Float[Array, "batch action"]
+) -> LossAndMetrics:
     """Behaviour cloning, -log pi(a | s, g)."""
     loss = -losses.unit_gaussian_log_prob(actions, means).mean()
     return loss, _metrics(loss, means, actions)
 
 
 def awr(
-    means: jax.Array, actions: jax.Array, advantages: jax.Array, *, temperature: float
-) -> tuple[jax.Array, Metrics]:
-    """Advantage-weighted regression; `advantages` (B,) belong to `actions`."""
+    means: Float[Array, "batch action"],
+    actions: Float[Array, "batch action"],
+    advantages: Float[Array, "batch"],
+    *,
+    temperature: float,
+) -> LossAndMetrics:
+    """Advantage-weighted regression; `advantages` belong to `actions`."""
     log_probs = losses.unit_gaussian_log_prob(actions, means)
     loss = losses.awr(advantages, log_probs, temperature=temperature).mean()
     return loss, _metrics(loss, means, actions) | {"actor/advantage": advantages.mean()}
 
 
 def ddpg_bc(
-    means: jax.Array,
-    actions: jax.Array,
-    critic: Callable[[jax.Array], jax.Array],
+    means: Float[Array, "batch action"],
+    actions: Float[Array, "batch action"],
+    critic: Callable[[Float[Array, "batch action"]], Float[Array, "batch"]],
     *,
     bc_weight: float,
-) -> tuple[jax.Array, Metrics]:
-    """DDPG+BC: the policy maximises `critic`, (B, a) to (B,), and clones the batch's actions.
+) -> LossAndMetrics:
+    """DDPG+BC: the policy maximises `critic` and clones the batch's actions.
 
     The critic's values are divided by their mean magnitude, so that `bc_weight` has the same
     meaning at any scale (Fujimoto and Gu, 2021). `critic` should stop gradients to its parameters.
@@ -79,5 +94,7 @@ def ddpg_bc(
     return loss, _metrics(loss, means, actions) | {"actor/critic": values.mean()}
 
 
-def _metrics(loss: jax.Array, means: jax.Array, actions: jax.Array) -> Metrics:
+def _metrics(
+    loss: Scalar, means: Float[Array, "batch action"], actions: Float[Array, "batch action"]
+) -> Metrics:
     return {"actor/loss": loss, "actor/mse": jnp.mean((actions - means) ** 2)}

@@ -4,35 +4,36 @@ import abc
 from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
-import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
-from pigbench.agents import directions
 from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import Constraint
-from pigbench.agents.directions import Coordinates, Direction
-from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.directions import Coordinates
+from pigbench.agents.regularizers import NoRegularizer, Regularizer
 from pigbench.agents.representations import GOALS, Representation
+from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
 from pigbench.layout import Space
 
-Params = dict[str, Any]  # network name -> parameters
-Metrics = dict[str, jax.Array]  # "<part>/<quantity>" -> scalar
+Params = dict[str, PyTree]  # network name -> parameters
+Metrics = dict[str, Scalar]  # "<part>/<quantity>" -> value
+LossAndMetrics = tuple[Scalar, Metrics]
 
 Config = TypeVar("Config", bound=AgentConfig)
 T = TypeVar("T")
 
 
-def combine(*parts: tuple[jax.Array, Metrics]) -> tuple[jax.Array, Metrics]:
+def combine(*parts: LossAndMetrics) -> LossAndMetrics:
     """The sum of the parts' losses, and all their metrics."""
     metrics = {name: value for _, part in parts for name, value in part.items()}
     return jnp.stack([loss for loss, _ in parts]).sum(), metrics
 
 
-def describe(part: str, values: jax.Array) -> Metrics:
+def describe(part: str, values: Float[Array, "..."]) -> Metrics:
     """The mean, minimum and maximum of `values`, as metrics of `part`."""
     return {
         f"{part}/mean": values.mean(),
@@ -58,6 +59,8 @@ def take_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
 class Agent(abc.ABC, Generic[Config]):
     """Networks, loss terms and goal mixture of one method, for one observation and action space.
 
+    `act` and `state_value` work on one example, and callers map them over many; `loss` works on a
+    batch, because some terms depend on all of it: CRL's classes, DDPG+BC's scale, a dual variable.
     An agent can look up coordinates in the space's `layout`. `statistics` are those of the agent's
     observations in the data, and `units` is the size of one unit of each coordinate in the
     environment's own units, (observation_size,).
@@ -102,21 +105,35 @@ class Agent(abc.ABC, Generic[Config]):
         """The length of a goal as networks see it."""
         return self._represent_goals.size if self._represent_goals else self.observation_size
 
-    def as_goals(self, states: jax.Array) -> jax.Array:
-        """Goals as networks see them, from goal states: (..., o) to (..., goal_size)."""
+    def as_goals(self, states: Float[Array, "*batch observation"]) -> Float[Array, "*batch goal"]:
+        """Goals as networks see them, from goal states."""
         return self._represent_goals(states) if self._represent_goals else states
 
-    def direction(self, name: str) -> Direction:
-        """The direction of motion called `name`, in this agent's coordinates."""
-        return directions.make(name, Coordinates(self.layout, self.statistics, self.units))
+    @property
+    def inputs(self) -> dict[str, Float[Array, "_"]]:
+        """Zeros for the inputs of a network of s and g, from which it learns their sizes."""
+        return {
+            "observations": jnp.zeros(self.observation_size),
+            "goals": jnp.zeros(self.goal_size),
+        }
 
     @property
-    def residual_constants(self) -> Regularizer | Constraint:
-        """Those of the residuals of its values, as far as it is trained on any."""
-        return Regularizer()
+    def critic_inputs(self) -> dict[str, Float[Array, "_"]]:
+        """The same of a network of s, a and g."""
+        return self.inputs | {"actions": jnp.zeros(self.action_size)}
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """The coordinates in which it sees states."""
+        return Coordinates(self.layout, self.statistics, self.units)
+
+    @property
+    def penalty(self) -> Regularizer | Constraint:
+        """The regulariser or constraint that its values are trained with."""
+        return NoRegularizer()
 
     def value_learner(self, params: Params, batch: Batch) -> "tuple[Agent[Any], Params, Batch]":
-        """What learns `state_values`: an agent, its parameters, and the batch as it sees it."""
+        """What learns `state_value`: an agent, its parameters, and the batch as it sees it."""
         return self, params, batch
 
     @property
@@ -129,17 +146,22 @@ class Agent(abc.ABC, Generic[Config]):
         )
 
     @abc.abstractmethod
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Initial parameters of every network that the optimiser trains."""
 
     @abc.abstractmethod
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """The scalar to minimise in `params`, and scalar metrics."""
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """V(s, g): (B, o) and (B, o) to (B,).
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
+        """V(s, g), of a state and a goal state.
 
         Raises `UserError` if the method learns no state value.
         """
@@ -147,6 +169,13 @@ class Agent(abc.ABC, Generic[Config]):
 
     @abc.abstractmethod
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
-    ) -> jax.Array:
-        """The evaluation policy: (B, o) and (B, o) to actions (B, a) in [-1, 1]."""
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
+        """The evaluation policy: an action in [-1, 1] for a state and a goal state.
+
+        `key` is for this action only.
+        """

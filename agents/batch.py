@@ -3,9 +3,10 @@
 import math
 from dataclasses import dataclass
 
-import jax
 from flax import struct
+from jaxtyping import Float, Int
 
+from pigbench.agents.shapes import Array
 from pigbench.errors import UserError
 
 
@@ -62,25 +63,23 @@ class Subgoals:
     last state if that comes sooner.
     """
 
-    value_subgoals: jax.Array  # (B, observation_size), towards the value goals
-    value_steps: jax.Array  # (B,) int32: steps to the value subgoals
-    value_success: jax.Array  # (B,) float32: 1 where the subgoal is itself the value goal, else 0
-    actor_subgoals: jax.Array  # (B, observation_size), towards the actor goals
-    low_value_goals: jax.Array  # (B, observation_size)
-    low_value_success: jax.Array  # (B,) float32: `Batch.value_success` for the low level's goals
-    low_actor_goals: jax.Array  # (B, observation_size), K steps ahead or the episode's last
+    value_subgoals: Float[Array, "batch observation"]  # towards the value goals
+    value_steps: Int[Array, "batch"]  # steps to the value subgoals
+    value_success: Float[Array, "batch"]  # 1 where the subgoal is itself the value goal, else 0
+    actor_subgoals: Float[Array, "batch observation"]  # towards the actor goals
+    low_value_goals: Float[Array, "batch observation"]
+    low_value_success: Float[Array, "batch"]  # `Batch.value_success` for the low level's goals
+    low_actor_goals: Float[Array, "batch observation"]  # K steps ahead or the episode's last
 
 
 @struct.dataclass
 class Batch:
     """B transitions, each with a goal for the value and a goal for the actor."""
 
-    observations: jax.Array  # (B, observation_size)
-    actions: jax.Array  # (B, action_size)
-    next_observations: jax.Array  # (B, observation_size)
-    value_goals: jax.Array  # (B, observation_size)
-    value_success: (
-        jax.Array
-    )  # (B,) float32: 1 where the first state is itself the value goal, else 0
-    actor_goals: jax.Array  # (B, observation_size)
+    observations: Float[Array, "batch observation"]
+    actions: Float[Array, "batch action"]
+    next_observations: Float[Array, "batch observation"]
+    value_goals: Float[Array, "batch observation"]
+    value_success: Float[Array, "batch"]  # 1 where the first state is itself the value goal, else 0
+    actor_goals: Float[Array, "batch observation"]
     subgoals: Subgoals | None = None  # present if the agent's `Sampling` asks for them

@@ -7,18 +7,19 @@ The actor's BC weight is OGBench's for the cube environments.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import optax
+from jaxtyping import Float, PRNGKeyArray, PyTree
 
 from pigbench.agents import actors
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import Metrics, Params, combine
+from pigbench.agents.agent import LossAndMetrics, Params, combine
 from pigbench.agents.batch import Batch, GoalMixture
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import BilinearCritic, apply_ensemble, init_ensemble
+from pigbench.agents.shapes import Array
 from pigbench.errors import require
 
 GEOMETRIC_FUTURE = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=True)
@@ -49,30 +50,21 @@ class CRL(PolicyAgent[CRLConfig]):
         config = self.config
         return BilinearCritic(config.value_hidden_sizes, config.latent_size, config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "critic" (two members, stacked) and "policy"."""
         critic_key, policy_key = jax.random.split(key)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        actions = jnp.zeros((1, self.action_size))
         return {
-            "critic": init_ensemble(
-                self.critic,
-                critic_key,
-                self.members,
-                observations=states,
-                actions=actions,
-                goals=goals,
-            ),
+            "critic": init_ensemble(self.critic, critic_key, self.members, **self.critic_inputs),
             "policy": self.init_policy(policy_key),
         }
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """Critic loss plus actor loss, which train disjoint networks. `key` is unused."""
         return combine(self._critic_loss(params, batch), self._actor_loss(params, batch))
 
-    def _critic_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+    def _critic_loss(self, params: Params, batch: Batch) -> LossAndMetrics:
         """Binary cross-entropy that tells each row's own goal from those of all other rows."""
         phi, psi = self._embed(params["critic"], batch.actions, batch, batch.value_goals)
         logits = jnp.einsum("eik,ejk->eij", phi, psi)
@@ -86,18 +78,24 @@ class CRL(PolicyAgent[CRLConfig]):
             "critic/accuracy": jnp.mean(logits.mean(axis=0).argmax(axis=1) == jnp.arange(len(own))),
         }
 
-    def _actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+    def _actor_loss(self, params: Params, batch: Batch) -> LossAndMetrics:
         members = jax.lax.stop_gradient(params["critic"])
 
-        def critic(actions: jax.Array) -> jax.Array:
+        def critic(actions: Float[Array, "batch action"]) -> Float[Array, "batch"]:
             phi, psi = self._embed(members, actions, batch, batch.actor_goals)
             return jnp.sum(phi * psi, axis=-1).min(axis=0)
 
         means = self.means(params, batch.observations, batch.actor_goals)
         return actors.ddpg_bc(means, batch.actions, critic, bc_weight=self.config.bc_weight)
 
-    def _embed(self, members: Any, actions: jax.Array, batch: Batch, goals: jax.Array) -> Any:
-        """phi_i(s, a) and psi_i(g), each (members, B, n)."""
+    def _embed(
+        self,
+        members: PyTree,
+        actions: Float[Array, "batch action"],
+        batch: Batch,
+        goals: Float[Array, "batch observation"],
+    ) -> tuple[Float[Array, "member batch n"], Float[Array, "member batch n"]]:
+        """phi_i(s, a) and psi_i(g)."""
         goals = self.as_goals(goals)
         return apply_ensemble(
             self.critic, members, observations=batch.observations, actions=actions, goals=goals

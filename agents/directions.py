@@ -6,24 +6,31 @@ choice: joint velocities, for example, account for most of a squared displacemen
 """
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
-import jax
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.agents.norms import safe_norm
+from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics, require_statistics
 from pigbench.errors import lookup
 from pigbench.layout import Layout
 
 
+@runtime_checkable
 class Motion(Protocol):
     """A function that gives the direction in which states move."""
 
     def __call__(
-        self, states: jax.Array, next_states: jax.Array, /, *, epsilon: float
-    ) -> jax.Array:
-        """u, which is 0 where nothing moves: (B, n) and (B, n) to (B, n)."""
+        self,
+        states: Float[Array, "batch n"],
+        next_states: Float[Array, "batch n"],
+        /,
+        *,
+        epsilon: float,
+    ) -> Float[Array, "batch n"]:
+        """u, which is 0 where nothing moves."""
         ...
 
 
@@ -33,8 +40,14 @@ class Direction(NamedTuple):
     moving: np.ndarray | float = 1.0  # (n,): 1 where a coordinate counts as motion, else 0
     units: np.ndarray | float = 1.0  # (n,): the length of one unit of each coordinate
 
-    def __call__(self, states: jax.Array, next_states: jax.Array, *, epsilon: float) -> jax.Array:
-        """(..., n) and (..., n) to (..., n); 0 where nothing moves."""
+    def __call__(
+        self,
+        states: Float[Array, "batch n"],
+        next_states: Float[Array, "batch n"],
+        *,
+        epsilon: float,
+    ) -> Float[Array, "batch n"]:
+        """u, which is 0 where nothing moves."""
         moves = (next_states - states) * self.moving
         return moves / (safe_norm(moves * self.units)[..., None] + epsilon)
 

@@ -3,7 +3,12 @@
 from pigbench.agents.agent import Agent, Metrics, Params
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.constraints import Constraint
+from pigbench.agents.constraints import (
+    Constraint,
+    EikonalConstraint,
+    HJBConstraint,
+    TransitionConstraint,
+)
 from pigbench.agents.crl import CRL, CRLConfig
 from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
@@ -11,14 +16,21 @@ from pigbench.agents.gciql import GCIQL, GCIQLConfig
 from pigbench.agents.gcivl import GCIVL, GCIVLConfig
 from pigbench.agents.hiql import HIQL, HIQLConfig
 from pigbench.agents.learner import TrainState, create, update
-from pigbench.agents.qrl import QRL, QRLConfig
+from pigbench.agents.qrl import AWR, DDPGBC, QRL, QRLConfig
 from pigbench.agents.registry import Method, build, get, hierarchy, register
-from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.regularizers import (
+    EikonalRegularizer,
+    HJBRegularizer,
+    NoRegularizer,
+    Regularizer,
+)
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
 
 __all__ = [
+    "AWR",
     "CRL",
+    "DDPGBC",
     "GCBC",
     "GCIQL",
     "GCIVL",
@@ -29,6 +41,8 @@ __all__ = [
     "Batch",
     "CRLConfig",
     "Constraint",
+    "EikonalConstraint",
+    "EikonalRegularizer",
     "FlowClone",
     "FlowCloneConfig",
     "FlowHierarchy",
@@ -37,8 +51,11 @@ __all__ = [
     "GCIVLConfig",
     "GoalMixture",
     "HIQLConfig",
+    "HJBConstraint",
+    "HJBRegularizer",
     "Method",
     "Metrics",
+    "NoRegularizer",
     "Params",
     "QRLConfig",
     "Regularizer",
@@ -47,6 +64,7 @@ __all__ = [
     "SubgoalSampling",
     "Subgoals",
     "TrainState",
+    "TransitionConstraint",
     "build",
     "create",
     "get",

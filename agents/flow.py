@@ -7,21 +7,24 @@ actor loss" and the inference algorithm of the paper's appendix.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import flax.linen as nn
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, Int, PRNGKeyArray, PyTree
 
-from pigbench.agents.agent import Metrics
-from pigbench.agents.networks import MLP
+from pigbench.agents.agent import LossAndMetrics
+from pigbench.agents.networks import MLP, apply
+from pigbench.agents.shapes import Array
 
-Velocity = Callable[[jax.Array, jax.Array], jax.Array]
-"""v(x, t): points (..., n) and times (...,) to velocities (..., n)."""
+Velocity = Callable[[Float[Array, "*batch n"], Float[Array, "*batch"]], Float[Array, "*batch n"]]
+"""v(x, t)."""
 
 
-def matching_loss(velocity: Velocity, samples: jax.Array, key: jax.Array) -> jax.Array:
-    """||v(x_t, t) - (x_1 - x_0)||^2 at x_t = (1 - t) x_0 + t x_1: samples x_1 (B, n) to (B,).
+def matching_loss(
+    velocity: Velocity, samples: Float[Array, "batch n"], key: PRNGKeyArray
+) -> Float[Array, "batch"]:
+    """||v(x_t, t) - (x_1 - x_0)||^2 at x_t = (1 - t) x_0 + t x_1, of samples x_1.
 
     `key` draws the noise x_0 from N(0, I) and the times t from U[0, 1).
     """
@@ -32,20 +35,16 @@ def matching_loss(velocity: Velocity, samples: jax.Array, key: jax.Array) -> jax
     return jnp.sum((velocity(points, times) - (samples - noise)) ** 2, axis=-1)
 
 
-def integrate(velocity: Velocity, noise: jax.Array, *, steps: int) -> jax.Array:
-    """The points (..., n) that `noise` reaches after `steps` Euler steps from t = 0 to 1."""
+def integrate(
+    velocity: Velocity, noise: Float[Array, "*batch n"], *, steps: int
+) -> Float[Array, "*batch n"]:
+    """The points that `noise` reaches after `steps` Euler steps from t = 0 to 1."""
 
-    def step(m: jax.Array, points: jax.Array) -> jax.Array:
+    def step(m: Int[Array, ""], points: Float[Array, "*batch n"]) -> Float[Array, "*batch n"]:
         times = jnp.full(points.shape[:-1], m / steps, points.dtype)
         return points + velocity(points, times) / steps
 
     return jax.lax.fori_loop(0, steps, step, noise)
-
-
-def best_of(candidates: jax.Array, scores: jax.Array) -> jax.Array:
-    """The candidate with the highest score for each example: (N, ..., n), (N, ...) to (..., n)."""
-    best = jnp.argmax(scores, axis=0)[None, ..., None]
-    return jnp.take_along_axis(candidates, best, axis=0)[0]
 
 
 class VectorField(nn.Module):
@@ -57,9 +56,14 @@ class VectorField(nn.Module):
 
     @nn.compact
     def __call__(
-        self, *, observations: jax.Array, goals: jax.Array, points: jax.Array, times: jax.Array
-    ) -> jax.Array:
-        """(..., o), (..., g), (..., n) and (...,) to (..., n), with n = `output_size`."""
+        self,
+        *,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch goal"],
+        points: Float[Array, "*batch n"],
+        times: Float[Array, "*batch"],
+    ) -> Float[Array, "*batch n"]:
+        """The velocity at time t at a point x of length `output_size`."""
         inputs = jnp.concatenate([observations, goals, points, times[..., None]], axis=-1)
         return MLP(self.hidden_sizes, self.output_size, layer_norm=self.layer_norm)(inputs)
 
@@ -78,8 +82,14 @@ class FlowPolicy:
         """The vector field's network."""
         return VectorField(self.hidden_sizes, self.output_size, self.layer_norm)
 
-    def init(self, key: jax.Array, *, observations: jax.Array, goals: jax.Array) -> Any:
-        """Initial parameters, for inputs of these shapes, (B, o) and (B, g)."""
+    def init(
+        self,
+        key: PRNGKeyArray,
+        *,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch goal"],
+    ) -> PyTree:
+        """Initial parameters, for inputs of these sizes."""
         times = jnp.zeros(observations.shape[:-1])
         points = jnp.zeros((*times.shape, self.output_size))
         return self.field.init(
@@ -88,38 +98,50 @@ class FlowPolicy:
 
     def loss(
         self,
-        params: Any,
+        params: PyTree,
         *,
-        observations: jax.Array,
-        goals: jax.Array,
-        samples: jax.Array,
-        key: jax.Array,
-    ) -> tuple[jax.Array, Metrics]:
-        """The mean matching loss on `samples` (B, n) given s (B, o) and g (B, g)."""
+        observations: Float[Array, "batch observation"],
+        goals: Float[Array, "batch goal"],
+        samples: Float[Array, "batch n"],
+        key: PRNGKeyArray,
+    ) -> LossAndMetrics:
+        """The mean matching loss on `samples` given s and g."""
         velocity = self._velocity(params, observations, goals)
         loss = matching_loss(velocity, samples, key).mean()
         return loss, {"actor/loss": loss}
 
     def sample(
         self,
-        params: Any,
+        params: PyTree,
         *,
-        observations: jax.Array,
-        goals: jax.Array,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "goal"],
         count: int,
-        key: jax.Array,
-    ) -> jax.Array:
-        """`count` independent samples for each (s, g): (B, o) and (B, g) to (count, B, n)."""
+        key: PRNGKeyArray,
+    ) -> Float[Array, "candidate n"]:
+        """N = `count` independent samples."""
         observations, goals = (
-            jnp.broadcast_to(inputs, (count, *inputs.shape)) for inputs in (observations, goals)
+            jnp.broadcast_to(one, (count, *one.shape)) for one in (observation, goal)
         )
-        noise = jax.random.normal(key, (*observations.shape[:-1], self.output_size))
+        noise = jax.random.normal(key, (count, self.output_size))
         return integrate(self._velocity(params, observations, goals), noise, steps=self.steps)
 
-    def _velocity(self, params: Any, observations: jax.Array, goals: jax.Array) -> Velocity:
-        def velocity(points: jax.Array, times: jax.Array) -> Any:
-            return self.field.apply(
-                params, observations=observations, goals=goals, points=points, times=times
+    def _velocity(
+        self,
+        params: PyTree,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch goal"],
+    ) -> Velocity:
+        def velocity(
+            points: Float[Array, "*batch n"], times: Float[Array, "*batch"]
+        ) -> Float[Array, "*batch n"]:
+            return apply(
+                self.field,
+                params,
+                observations=observations,
+                goals=goals,
+                points=points,
+                times=times,
             )
 
         return velocity

@@ -13,16 +13,25 @@ from typing import Any, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray, Scalar
 
-from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, take_prefix
+from pigbench.agents.agent import (
+    Agent,
+    LossAndMetrics,
+    Params,
+    add_prefix,
+    combine,
+    take_prefix,
+)
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig
 from pigbench.agents.constraints import Constraint
-from pigbench.agents.flow import FlowPolicy, best_of
+from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.gcivl import GCIVLConfig
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
+from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics, require_statistics
 from pigbench.errors import UserError, lookup, require
 from pigbench.layout import Space
@@ -124,20 +133,19 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         """The critic of subgoals."""
         return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "high_actor", "high_critic", "high_value" and the low level."""
         actor_key, values_key, low_key = jax.random.split(key, 3)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        subgoals = self.represent(states)
+        subgoals = jnp.zeros(self.represent.size)
         high = {
-            "actor": self.actor.init(actor_key, observations=states, goals=goals),
-            **self.values.init(values_key, observations=states, actions=subgoals, goals=goals),
+            "actor": self.actor.init(actor_key, **self.inputs),
+            **self.values.init(values_key, **self.inputs, actions=subgoals),
         }
         return _named_by_level(high, self.low.init(low_key))
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """The sum of both levels' losses, which train disjoint networks."""
         high, low = _levels(params)
         high_targets, low_targets = _levels(target_params)
@@ -149,45 +157,56 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         return high_loss + low_loss, _named_by_level(high_metrics, low_metrics)
 
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
-    ) -> jax.Array:
-        """The low level's actions towards subgoals newly drawn by the high level."""
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
+        """The low level's action towards a subgoal newly drawn by the high level."""
         subgoal_key, low_key = jax.random.split(key)
-        subgoals = self.subgoals(params, observations, goals, subgoal_key)
-        return self.follow(params, observations, subgoals, low_key)
+        subgoal = self.subgoal(params, observation, goal, subgoal_key)
+        return self.follow(params, observation, subgoal, low_key)
 
-    def subgoals(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
-    ) -> jax.Array:
-        """The best of `candidates` samples of the flow: (B, o) and (B, o) to (B, x)."""
+    def subgoal(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "x"]:
+        """The best of `candidates` samples of the flow."""
         high, _ = _levels(params)
-        goals = self.as_goals(goals)
-        candidates = self.actor.sample(
-            high["actor"],
-            observations=observations,
-            goals=goals,
-            count=self.config.candidates,
-            key=key,
-        )
-        scores = self.values.score(high, observations=observations, actions=candidates, goals=goals)
-        return best_of(candidates, scores)
+        inputs = {"observation": observation, "goal": self.as_goals(goal)}
+        count = self.config.candidates
+        candidates = self.actor.sample(high["actor"], **inputs, count=count, key=key)
+        return self.values.best(high, **inputs, candidates=candidates)
 
     def follow(
-        self, params: Params, observations: jax.Array, subgoals: jax.Array, key: jax.Array
-    ) -> jax.Array:
-        """The low level's actions towards `subgoals`: (B, o) and (B, x) to (B, a)."""
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        subgoal: Float[Array, "x"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
+        """The low level's action towards `subgoal`."""
         _, low = _levels(params)
-        return self.low.act(low, self.represent(observations), subgoals, key)
+        return self.low.act(low, self.represent(observation), subgoal, key)
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
         """The low level's value, of both states in its representation."""
         _, low = _levels(params)
-        return self.low.state_values(low, self.represent(observations), self.represent(goals))
+        return self.low.state_value(low, self.represent(observation), self.represent(goal))
 
     @property
-    def residual_constants(self) -> Regularizer | Constraint:
+    def penalty(self) -> Regularizer | Constraint:
         """The low level's."""
-        return self.low.residual_constants
+        return self.low.penalty
 
     def value_learner(self, params: Params, batch: Batch) -> tuple[Agent[Any], Params, Batch]:
         """The low level, and the batch in its representation, with the goals that it learns on."""
@@ -200,8 +219,8 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         target_params: Params,
         batch: Batch,
         subgoals: Subgoals,
-        key: jax.Array,
-    ) -> tuple[jax.Array, Metrics]:
+        key: PRNGKeyArray,
+    ) -> LossAndMetrics:
         return combine(
             self.actor.loss(
                 params["actor"],

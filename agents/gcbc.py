@@ -1,10 +1,10 @@
 """GCBC: goal-conditioned behaviour cloning, which imitates the actions that led to the goal."""
 
-import jax
+from jaxtyping import PRNGKeyArray
 
 from pigbench.agents import actors
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import Metrics, Params
+from pigbench.agents.agent import LossAndMetrics, Params
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
 
@@ -12,13 +12,13 @@ from pigbench.agents.config import AgentConfig
 class GCBC(PolicyAgent[AgentConfig]):
     """A Gaussian policy with standard deviation 1."""
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "policy"."""
         return {"policy": self.init_policy(key)}
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """-log pi(a | s, g). `key` is unused."""
         means = self.means(params, batch.observations, batch.actor_goals)
         return actors.clone(means, batch.actions)

@@ -6,17 +6,18 @@ actor's BC weight is OGBench's for the cube environments.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import Metrics, Params, combine, describe
+from pigbench.agents.agent import LossAndMetrics, Params, combine, describe
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.networks import Critic, Value, apply_ensemble, init_ensemble
+from pigbench.agents.networks import Critic, Value, apply, apply_ensemble, init_ensemble
+from pigbench.agents.shapes import Array
 from pigbench.errors import require
 
 
@@ -49,27 +50,18 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
         """The network of one Q_i."""
         return Critic(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "value", "critic" (two members, stacked) and "policy"."""
         value_key, critic_key, policy_key = jax.random.split(key, 3)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        actions = jnp.zeros((1, self.action_size))
         return {
-            "value": self.value.init(value_key, observations=states, goals=goals),
-            "critic": init_ensemble(
-                self.critic,
-                critic_key,
-                self.members,
-                observations=states,
-                actions=actions,
-                goals=goals,
-            ),
+            "value": self.value.init(value_key, **self.inputs),
+            "critic": init_ensemble(self.critic, critic_key, self.members, **self.critic_inputs),
             "policy": self.init_policy(policy_key),
         }
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """Value, critic and actor losses, which train disjoint networks. `key` is unused."""
         return combine(
             self._value_loss(params, target_params, batch),
@@ -77,13 +69,16 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
             self._actor_loss(params, batch),
         )
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
         """V(s, g)."""
-        return self._values(params["value"], observations, goals)
+        return self._values(params["value"], observation, goal)
 
-    def _value_loss(
-        self, params: Params, target_params: Params, batch: Batch
-    ) -> tuple[jax.Array, Metrics]:
+    def _value_loss(self, params: Params, target_params: Params, batch: Batch) -> LossAndMetrics:
         values = self._values(params["value"], batch.observations, batch.value_goals)
         critics = self._critics(
             target_params["critic"], batch.observations, batch.actions, batch.value_goals
@@ -92,7 +87,7 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
         loss = losses.expectile(advantages, advantages, level=self.config.expectile).mean()
         return loss, describe("value", values) | {"value/loss": loss}
 
-    def _critic_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+    def _critic_loss(self, params: Params, batch: Batch) -> LossAndMetrics:
         next_values = self._values(params["value"], batch.next_observations, batch.value_goals)
         backups = jax.lax.stop_gradient(
             losses.goal_td_target(batch.value_success, next_values, discount=self.config.discount)
@@ -103,10 +98,10 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
         loss = jnp.sum((backups - critics) ** 2, axis=0).mean()
         return loss, describe("critic", critics) | {"critic/loss": loss}
 
-    def _actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+    def _actor_loss(self, params: Params, batch: Batch) -> LossAndMetrics:
         members = jax.lax.stop_gradient(params["critic"])
 
-        def critic(actions: jax.Array) -> jax.Array:
+        def critic(actions: Float[Array, "batch action"]) -> Float[Array, "batch"]:
             return self._critics(members, batch.observations, actions, batch.actor_goals).min(
                 axis=0
             )
@@ -114,13 +109,22 @@ class GCIQL(PolicyAgent[GCIQLConfig]):
         means = self.means(params, batch.observations, batch.actor_goals)
         return actors.ddpg_bc(means, batch.actions, critic, bc_weight=self.config.bc_weight)
 
-    def _values(self, value: Any, observations: jax.Array, goals: jax.Array) -> Any:
-        return self.value.apply(value, observations=observations, goals=self.as_goals(goals))
+    def _values(
+        self,
+        value: PyTree,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch observation"],
+    ) -> Float[Array, "*batch"]:
+        return apply(self.value, value, observations=observations, goals=self.as_goals(goals))
 
     def _critics(
-        self, members: Any, observations: jax.Array, actions: jax.Array, goals: jax.Array
-    ) -> Any:
-        """Q_i(s, a, g), (members, B)."""
+        self,
+        members: PyTree,
+        observations: Float[Array, "batch observation"],
+        actions: Float[Array, "batch action"],
+        goals: Float[Array, "batch observation"],
+    ) -> Float[Array, "member batch"]:
+        """Q_i(s, a, g)."""
         goals = self.as_goals(goals)
         return apply_ensemble(
             self.critic, members, observations=observations, actions=actions, goals=goals

@@ -8,18 +8,20 @@ one.
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import Metrics, Params, combine, describe
+from pigbench.agents.agent import LossAndMetrics, Params, combine, describe
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.networks import Value, apply_ensemble, init_ensemble
-from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.networks import Value, apply, apply_ensemble, init_ensemble
+from pigbench.agents.regularizers import NoRegularizer, Regularizer
+from pigbench.agents.residuals import Steps, ValuesAndResiduals
+from pigbench.agents.shapes import Array
 from pigbench.errors import lookup, require
 
 
@@ -30,7 +32,7 @@ class GCIVLConfig(AgentConfig):
     expectile: float = 0.9  # iota, of the value loss
     temperature: float = 10.0  # alpha: actions have weight exp(alpha * advantage), at most 100
     rewards: str = "-1/0"  # rewards before and at the goal: -1/0 or 0/1
-    regularizer: Regularizer = field(default_factory=Regularizer)  # the value loss's penalty
+    regularizer: Regularizer = field(default_factory=NoRegularizer)  # the value loss's penalty
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -50,8 +52,8 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
     members = 2
 
     @property
-    def residual_constants(self) -> Regularizer:
-        """The regulariser's."""
+    def penalty(self) -> Regularizer:
+        """The regulariser."""
         return self.config.regularizer
 
     @cached_property
@@ -59,30 +61,32 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
         """The network of one ensemble member."""
         return Value(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "value" (two members, stacked) and "policy"."""
         value_key, policy_key = jax.random.split(key)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
         return {
-            "value": init_ensemble(
-                self.value, value_key, self.members, observations=states, goals=goals
-            ),
+            "value": init_ensemble(self.value, value_key, self.members, **self.inputs),
             "policy": self.init_policy(policy_key),
         }
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """Value loss plus actor loss, which train disjoint networks. `key` is unused."""
         return combine(
             self._value_loss(params["value"], target_params["value"], batch),
             self.actor_loss(params, batch),
         )
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
         """The mean of the members, on the scale of a cost of 1 per step, whatever the rewards."""
-        goals = self.as_goals(goals)
-        values = apply_ensemble(self.value, params["value"], observations=observations, goals=goals)
+        goal = self.as_goals(goal)
+        values = apply_ensemble(self.value, params["value"], observations=observation, goals=goal)
         return (values.mean(axis=0) - self._goal_reward) / self._step_value
 
     @property
@@ -94,20 +98,17 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
         """The value of a cost of 1 per step: less than 1 if the goal has a reward."""
         return 1 - self.config.discount if self._goal_reward else 1.0
 
-    def _value_loss(self, members: Any, targets: Any, batch: Batch) -> tuple[jax.Array, Metrics]:
+    def _value_loss(self, members: PyTree, targets: PyTree, batch: Batch) -> LossAndMetrics:
         config = self.config
-        direction = self.direction(config.regularizer.direction)
         step_value = self._step_value  # residuals assume a cost of 1 per step
         goals = self.as_goals(batch.value_goals)
+        steps = Steps(batch.observations, batch.next_observations, self.coordinates)
 
-        def regularized(member: Any) -> tuple[jax.Array, jax.Array]:
-            def steps(states: jax.Array) -> Any:
-                values: Any = self.value.apply(member, observations=states, goals=goals)
-                return values / step_value
+        def regularized(member: PyTree) -> ValuesAndResiduals:
+            def per_step(states: Float[Array, "batch observation"]) -> Float[Array, "batch"]:
+                return apply(self.value, member, observations=states, goals=goals) / step_value
 
-            values, residuals = config.regularizer(
-                steps, batch.observations, batch.next_observations, direction
-            )
+            values, residuals = config.regularizer.residuals(per_step, steps)
             return values * step_value, residuals
 
         values, residuals = jax.vmap(regularized)(members)
@@ -128,23 +129,23 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
             "value/residual": residuals.mean(),
         }
 
-    def actor_loss(self, params: Params, batch: Batch) -> tuple[jax.Array, Metrics]:
+    def actor_loss(self, params: Params, batch: Batch) -> LossAndMetrics:
         """Advantage-weighted regression. Override it to change only how the policy is trained."""
         advantages = self.advantages(params, batch)
         means = self.means(params, batch.observations, batch.actor_goals)
         return actors.awr(means, batch.actions, advantages, temperature=self.config.temperature)
 
-    def advantages(self, params: Params, batch: Batch) -> jax.Array:
-        """V(s', g) - V(s, g) for the actor's goals, averaged over members, (B,), no gradient."""
+    def advantages(self, params: Params, batch: Batch) -> Float[Array, "batch"]:
+        """V(s', g) - V(s, g) for the actor's goals, averaged over members, no gradient."""
         values, next_values = self._transition_values(
             jax.lax.stop_gradient(params["value"]), batch, batch.actor_goals
         )
         return next_values.mean(axis=0) - values.mean(axis=0)
 
     def _transition_values(
-        self, members: Any, batch: Batch, goals: jax.Array
-    ) -> tuple[jax.Array, jax.Array]:
-        """V_i(s, g) and V_i(s', g), each (members, B), in one call."""
+        self, members: PyTree, batch: Batch, goals: Float[Array, "batch observation"]
+    ) -> tuple[Float[Array, "member batch"], Float[Array, "member batch"]]:
+        """V_i(s, g) and V_i(s', g), in one call."""
         states = jnp.stack([batch.observations, batch.next_observations])
         goals = jnp.stack([self.as_goals(goals)] * 2)
         values = apply_ensemble(self.value, members, observations=states, goals=goals)

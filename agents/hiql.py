@@ -7,20 +7,29 @@ value's own representation of goals, and the low-level one acts towards it.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import cast
 
 import flax.linen as nn
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents import actors, losses
-from pigbench.agents.agent import Agent, Metrics, Params, add_prefix, combine, describe
+from pigbench.agents.agent import (
+    Agent,
+    LossAndMetrics,
+    Params,
+    add_prefix,
+    combine,
+    describe,
+)
 from pigbench.agents.batch import Batch, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.networks import MLP, Policy, Value, apply_ensemble, init_ensemble
+from pigbench.agents.networks import MLP, Policy, Value, apply, apply_ensemble, init_ensemble
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.representations import GOALS
+from pigbench.agents.shapes import Array
 from pigbench.errors import require
 
 
@@ -41,8 +50,8 @@ class HIQLConfig(AgentConfig):
         require(self, lambda x: x >= 1, "at least 1", "subgoal_steps", "representation_size")
 
 
-def on_sphere(vectors: jax.Array) -> jax.Array:
-    """Vectors (..., n) scaled to length sqrt(n); the zero vector stays zero."""
+def on_sphere(vectors: Float[Array, "*batch n"]) -> Float[Array, "*batch n"]:
+    """Vectors scaled to length sqrt(n); the zero vector stays zero."""
     lengths = safe_norm(vectors)[..., None]
     return vectors * np.sqrt(vectors.shape[-1]) / jnp.where(lengths > 0, lengths, 1)
 
@@ -55,8 +64,13 @@ class GoalRepresentation(nn.Module):
     layer_norm: bool
 
     @nn.compact
-    def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """(..., o) and (..., g) to (..., n), with n = `output_size`."""
+    def __call__(
+        self,
+        *,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch goal"],
+    ) -> Float[Array, "*batch n"]:
+        """The representation, of length `output_size`."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
         features = MLP(self.hidden_sizes, self.output_size, layer_norm=self.layer_norm)(inputs)
         return on_sphere(features)
@@ -107,25 +121,20 @@ class HIQL(Agent[HIQLConfig]):
         config = self.config
         return Policy(config.actor_hidden_sizes, self.action_size, config.actor_layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "representation", "value" (stacked), "high_policy" and "low_policy"."""
         keys = jax.random.split(key, 4)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        plain: dict[str, Any] = {"observations": states, "goals": goals}
-        represented: dict[str, Any] = {
-            "observations": states,
-            "goals": jnp.zeros((1, self.config.representation_size)),
-        }
+        represented = self.inputs | {"goals": jnp.zeros(self.config.representation_size)}
         return {
-            "representation": self.representation.init(keys[0], **plain),
+            "representation": self.representation.init(keys[0], **self.inputs),
             "value": init_ensemble(self.value, keys[1], self.members, **represented),
-            "high_policy": self.high_policy.init(keys[2], **plain),
+            "high_policy": self.high_policy.init(keys[2], **self.inputs),
             "low_policy": self.low_policy.init(keys[3], **represented),
         }
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """Value loss plus policy losses, which train disjoint networks. `key` is unused."""
         return combine(
             self._value_loss(params, target_params, batch),
@@ -133,43 +142,54 @@ class HIQL(Agent[HIQLConfig]):
         )
 
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
-    ) -> jax.Array:
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
         """The low-level mean given the high-level mean, clipped to [-1, 1]. `key` is unused."""
-        means: Any = self.high_policy.apply(
-            params["high_policy"], observations=observations, goals=self.as_goals(goals)
+        subgoal = apply(
+            self.high_policy,
+            params["high_policy"],
+            observations=observation,
+            goals=self.as_goals(goal),
         )
-        actions: Any = self.low_policy.apply(
-            params["low_policy"], observations=observations, goals=on_sphere(means)
+        action = apply(
+            self.low_policy,
+            params["low_policy"],
+            observations=observation,
+            goals=on_sphere(subgoal),
         )
-        return jnp.clip(actions, -1, 1)
+        return jnp.clip(action, -1, 1)
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
         """The mean of the members, given the goal's representation."""
-        return self._values(params, observations, goals)[0].mean(axis=0)
+        return self._values(params, observation, goal)[0].mean(axis=0)
 
-    def _value_loss(
-        self, params: Params, target_params: Params, batch: Batch
-    ) -> tuple[jax.Array, Metrics]:
+    def _value_loss(self, params: Params, target_params: Params, batch: Batch) -> LossAndMetrics:
         values, _ = self._values(params, batch.observations, batch.value_goals)
-        (target_values, target_next_values), _ = self._values(
+        targets, _ = self._values(
             jax.lax.stop_gradient(params) | target_params,
             jnp.stack([batch.observations, batch.next_observations]),
             jnp.stack([batch.value_goals] * 2),
         )
         loss = losses.implicit_value(
             values,
-            target_values,
-            target_next_values,
+            targets[:, 0],
+            targets[:, 1],
             batch.value_success,
             discount=self.config.discount,
             level=self.config.expectile,
         ).mean()
         return loss, describe("value", values) | {"value/td_loss": loss}
 
-    def _actor_loss(
-        self, params: Params, batch: Batch, subgoals: Subgoals
-    ) -> tuple[jax.Array, Metrics]:
+    def _actor_loss(self, params: Params, batch: Batch, subgoals: Subgoals) -> LossAndMetrics:
         fixed = jax.lax.stop_gradient(params)
         states, next_states = batch.observations, batch.next_observations
         values, represented = self._values(
@@ -177,9 +197,9 @@ class HIQL(Agent[HIQLConfig]):
             jnp.stack([states, next_states, states, subgoals.actor_subgoals]),
             jnp.stack([subgoals.low_actor_goals] * 2 + [batch.actor_goals] * 2),
         )
-        low_value, low_next_value, high_value, high_next_value = values.mean(axis=1)
-        low_means: Any = self.low_policy.apply(
-            params["low_policy"], observations=states, goals=represented[0]
+        low_value, low_next_value, high_value, high_next_value = values.mean(axis=0)
+        low_means = apply(
+            self.low_policy, params["low_policy"], observations=states, goals=represented[0]
         )
         low_loss, low_metrics = actors.awr(
             low_means,
@@ -187,10 +207,14 @@ class HIQL(Agent[HIQLConfig]):
             low_next_value - low_value,
             temperature=self.config.low_temperature,
         )
-        high_means: Any = self.high_policy.apply(
-            params["high_policy"], observations=states, goals=self.as_goals(batch.actor_goals)
+        high_means = apply(
+            self.high_policy,
+            params["high_policy"],
+            observations=states,
+            goals=self.as_goals(batch.actor_goals),
         )
-        subgoal: Any = self.representation.apply(
+        subgoal = apply(
+            self.representation,
             fixed["representation"],
             observations=states,
             goals=self.as_goals(subgoals.actor_subgoals),
@@ -207,13 +231,19 @@ class HIQL(Agent[HIQLConfig]):
         }
 
     def _values(
-        self, params: Params, observations: jax.Array, goals: jax.Array
-    ) -> tuple[jax.Array, Any]:
-        """V_i(s, phi(s, g)), (..., members, B), and phi(s, g), (..., B, n)."""
-        represented: Any = self.representation.apply(
-            params["representation"], observations=observations, goals=self.as_goals(goals)
+        self,
+        params: Params,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch observation"],
+    ) -> tuple[Float[Array, "member *batch"], Float[Array, "*batch n"]]:
+        """V_i(s, phi(s, g)), and phi(s, g)."""
+        represented = apply(
+            self.representation,
+            params["representation"],
+            observations=observations,
+            goals=self.as_goals(goals),
         )
         values = apply_ensemble(
             self.value, params["value"], observations=observations, goals=represented
         )
-        return jnp.moveaxis(values, 0, -2), represented
+        return values, represented

@@ -6,9 +6,11 @@ import jax
 import jax.numpy as jnp
 import optax
 from flax import struct
+from jaxtyping import Int, PRNGKeyArray
 
 from pigbench.agents.agent import Agent, Metrics, Params
 from pigbench.agents.batch import Batch
+from pigbench.agents.shapes import Array
 
 
 @struct.dataclass
@@ -18,7 +20,7 @@ class TrainState:
     params: Params
     target_params: Params  # of the agent's `target_networks` only
     opt_state: optax.OptState
-    step: jax.Array  # () int32: number of updates done
+    step: Int[Array, ""]  # number of updates done
     average: Params  # of `params` over recent updates; empty if the agent does not average
 
     @property
@@ -27,7 +29,7 @@ class TrainState:
         return self.average or self.params
 
 
-def create(agent: Agent[Any], key: jax.Array) -> TrainState:
+def create(agent: Agent[Any], key: PRNGKeyArray) -> TrainState:
     """Initial parameters, equal target parameters, and a fresh optimiser state."""
     params = agent.init(key)
     # Copied, because a state whose leaves share buffers cannot be donated.
@@ -44,7 +46,7 @@ def create(agent: Agent[Any], key: jax.Array) -> TrainState:
 
 
 def update(
-    agent: Agent[Any], state: TrainState, batch: Batch, key: jax.Array
+    agent: Agent[Any], state: TrainState, batch: Batch, key: PRNGKeyArray
 ) -> tuple[TrainState, Metrics]:
     """One Adam step on the agent's loss, then target <- (1 - tau) target + tau params.
 

@@ -1,22 +1,33 @@
-"""Loss terms as functions of arrays: one value per example, batch axes last, no reduction."""
+"""Loss terms as functions of arrays: one value per example, no reduction."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float, Scalar
+
+from pigbench.agents.shapes import Array
 
 MAX_AWR_WEIGHT = 100.0
 
 
 def td_target(
-    rewards: jax.Array, continuations: jax.Array, next_values: jax.Array, *, discount: float
-) -> jax.Array:
+    rewards: Float[Array, "batch"],
+    continuations: Float[Array, "batch"],
+    next_values: Float[Array, "*member batch"],
+    *,
+    discount: float,
+) -> Float[Array, "*member batch"]:
     """One-step backup r + discount * m * V(s'), with m = 0 at terminal states, else 1."""
     return rewards + discount * continuations * next_values
 
 
 def goal_td_target(
-    success: jax.Array, next_values: jax.Array, *, discount: float, goal_reward: float = 0.0
-) -> jax.Array:
+    success: Float[Array, "batch"],
+    next_values: Float[Array, "*member batch"],
+    *,
+    discount: float,
+    goal_reward: float = 0.0,
+) -> Float[Array, "*member batch"]:
     """The backup with reward `goal_reward` at the goal, which is terminal, and 1 less elsewhere.
 
     `success` is 1 at the goal, else 0. By default, each step costs 1 until the goal is reached.
@@ -25,7 +36,9 @@ def goal_td_target(
     return td_target(rewards, 1 - success, next_values, discount=discount)
 
 
-def expectile(advantages: jax.Array, errors: jax.Array, *, level: float) -> jax.Array:
+def expectile(
+    advantages: Float[Array, "batch"], errors: Float[Array, "*member batch"], *, level: float
+) -> Float[Array, "*member batch"]:
     """Squared `errors`, weighted by `level` where the advantage is not negative, else by 1 - level.
 
     If the advantages are the errors, this is expectile regression. Separate advantages decide the
@@ -36,16 +49,16 @@ def expectile(advantages: jax.Array, errors: jax.Array, *, level: float) -> jax.
 
 
 def implicit_value(
-    values: jax.Array,
-    target_values: jax.Array,
-    target_next_values: jax.Array,
-    success: jax.Array,
+    values: Float[Array, "member batch"],
+    target_values: Float[Array, "member batch"],
+    target_next_values: Float[Array, "member batch"],
+    success: Float[Array, "batch"],
     *,
     discount: float,
     level: float,
     goal_reward: float = 0.0,
-) -> jax.Array:
-    """Implicit value learning: members (M, B) and `success` (B,) to (B,).
+) -> Float[Array, "batch"]:
+    """Implicit value learning.
 
     Each member regresses to the backup of its own target copy. All share the expectile's side,
     given by the advantage of the smallest backup over the targets' mean. This is the term L_IVL in
@@ -58,12 +71,16 @@ def implicit_value(
     return expectile(advantages, backups - values, level=level).sum(axis=0)
 
 
-def unit_gaussian_log_prob(actions: jax.Array, means: jax.Array) -> jax.Array:
-    """log N(a; mean, I), summed over the last axis: (..., a) -> (...)."""
+def unit_gaussian_log_prob(
+    actions: Float[Array, "*batch action"], means: Float[Array, "*batch action"]
+) -> Float[Array, "*batch"]:
+    """log N(a; mean, I)."""
     return -0.5 * jnp.sum((actions - means) ** 2 + np.log(2 * np.pi), axis=-1)
 
 
-def awr(advantages: jax.Array, log_probs: jax.Array, *, temperature: float) -> jax.Array:
+def awr(
+    advantages: Float[Array, "*batch"], log_probs: Float[Array, "*batch"], *, temperature: float
+) -> Float[Array, "*batch"]:
     """Advantage-weighted regression, -min(exp(temperature * A), 100) log pi(a | s, g).
 
     The weights carry no gradient ("Low-level actor loss" in the paper's appendix).
@@ -72,7 +89,9 @@ def awr(advantages: jax.Array, log_probs: jax.Array, *, temperature: float) -> j
     return -jax.lax.stop_gradient(weights) * log_probs
 
 
-def push_apart(distances: jax.Array, *, offset: float, beta: float) -> jax.Array:
+def push_apart(
+    distances: Float[Array, "*batch"], *, offset: float, beta: float
+) -> Float[Array, "*batch"]:
     """QRL's push on distances: softplus of offset - d with sharpness `beta`; fades past `offset`.
 
     Wang et al. (2023), "Optimal Goal-Reaching Reinforcement Learning via Quasimetric Learning".
@@ -80,12 +99,12 @@ def push_apart(distances: jax.Array, *, offset: float, beta: float) -> jax.Array
     return jax.nn.softplus(beta * (offset - distances)) / beta
 
 
-def hinge(excess: jax.Array) -> jax.Array:
+def hinge(excess: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
     """The squared positive part: the penalty for the constraint `excess` <= 0."""
     return jax.nn.relu(excess) ** 2
 
 
-def lagrangian(log_multiplier: jax.Array, violation: jax.Array, *, margin: float) -> jax.Array:
+def lagrangian(log_multiplier: Scalar, violation: Scalar, *, margin: float) -> Scalar:
     """lambda (violation - margin), to be minimised in the violation and maximised in lambda.
 
     Gradient descent does both, because the sign of lambda's gradient is flipped; the value of the

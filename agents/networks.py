@@ -5,11 +5,14 @@ axis, and `jax.vmap` maps any function of one member's parameters over them.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import flax.linen as nn
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray, PyTree
+
+from pigbench.agents.shapes import Array
 
 
 class MLP(nn.Module):
@@ -25,8 +28,8 @@ class MLP(nn.Module):
     output_scale: float = 1.0
 
     @nn.compact
-    def __call__(self, inputs: jax.Array) -> jax.Array:
-        """(..., n) to (..., output_size)."""
+    def __call__(self, inputs: Float[Array, "*batch m"]) -> Float[Array, "*batch n"]:
+        """The outputs, n = `output_size` of them."""
         features = inputs
         for size in self.hidden_sizes:
             features = nn.gelu(_dense(size, scale=1.0)(features))
@@ -42,8 +45,13 @@ class Value(nn.Module):
     layer_norm: bool
 
     @nn.compact
-    def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """(..., o) and (..., g) to (...,)."""
+    def __call__(
+        self,
+        *,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch goal"],
+    ) -> Float[Array, "*batch"]:
+        """The value of s for g."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
         return MLP(self.hidden_sizes, 1, layer_norm=self.layer_norm)(inputs)[..., 0]
 
@@ -56,9 +64,13 @@ class Critic(nn.Module):
 
     @nn.compact
     def __call__(
-        self, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
-    ) -> jax.Array:
-        """(..., o), (..., a) and (..., g) to (...,)."""
+        self,
+        *,
+        observations: Float[Array, "*batch observation"],
+        actions: Float[Array, "*batch action"],
+        goals: Float[Array, "*batch goal"],
+    ) -> Float[Array, "*batch"]:
+        """The value of a at s for g."""
         inputs = jnp.concatenate([observations, actions, goals], axis=-1)
         return MLP(self.hidden_sizes, 1, layer_norm=self.layer_norm)(inputs)[..., 0]
 
@@ -72,9 +84,13 @@ class BilinearCritic(nn.Module):
 
     @nn.compact
     def __call__(
-        self, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
-    ) -> tuple[jax.Array, jax.Array]:
-        """phi / sqrt(n) and psi, each (..., n) with n = `latent_size`."""
+        self,
+        *,
+        observations: Float[Array, "*batch observation"],
+        actions: Float[Array, "*batch action"],
+        goals: Float[Array, "*batch goal"],
+    ) -> tuple[Float[Array, "*batch n"], Float[Array, "*batch n"]]:
+        """phi / sqrt(n) and psi, with n = `latent_size`."""
         inputs = jnp.concatenate([observations, actions], axis=-1)
         phi, psi = (
             MLP(self.hidden_sizes, self.latent_size, layer_norm=self.layer_norm, name=name)(side)
@@ -90,8 +106,10 @@ class LatentDynamics(nn.Module):
     layer_norm: bool
 
     @nn.compact
-    def __call__(self, *, latents: jax.Array, actions: jax.Array) -> jax.Array:
-        """(..., n) and (..., a) to (..., n)."""
+    def __call__(
+        self, *, latents: Float[Array, "*batch n"], actions: Float[Array, "*batch action"]
+    ) -> Float[Array, "*batch n"]:
+        """The embedding of the next state."""
         inputs = jnp.concatenate([latents, actions], axis=-1)
         size = latents.shape[-1]
         return latents + MLP(self.hidden_sizes, size, layer_norm=self.layer_norm)(inputs)
@@ -105,8 +123,13 @@ class Policy(nn.Module):
     layer_norm: bool = False
 
     @nn.compact
-    def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """(..., o) and (..., g) to (..., action_size)."""
+    def __call__(
+        self,
+        *,
+        observations: Float[Array, "*batch observation"],
+        goals: Float[Array, "*batch goal"],
+    ) -> Float[Array, "*batch action"]:
+        """The mean action."""
         inputs = jnp.concatenate([observations, goals], axis=-1)
         network = MLP(
             self.hidden_sizes, self.action_size, layer_norm=self.layer_norm, output_scale=0.01
@@ -114,12 +137,21 @@ class Policy(nn.Module):
         return network(inputs)
 
 
-def init_ensemble(network: nn.Module, key: jax.Array, members: int, **inputs: Any) -> Any:
+def apply(
+    network: nn.Module, params: PyTree, *, method: str = "__call__", **inputs: Float[Array, "..."]
+) -> Float[Array, "..."]:
+    """The output of a network's method that has one."""
+    return cast(Array, network.apply(params, method=method, **inputs))
+
+
+def init_ensemble(
+    network: nn.Module, key: PRNGKeyArray, members: int, **inputs: Float[Array, "..."]
+) -> PyTree:
     """The parameters of `members` independent copies of `network`, stacked."""
     return jax.vmap(lambda key: network.init(key, **inputs))(jax.random.split(key, members))
 
 
-def apply_ensemble(network: nn.Module, ensemble: Any, **inputs: Any) -> Any:
+def apply_ensemble(network: nn.Module, ensemble: PyTree, **inputs: Float[Array, "..."]) -> Any:
     """Each member's output for the same inputs, stacked along a new leading axis."""
     return jax.vmap(lambda member: network.apply(member, **inputs))(ensemble)
 

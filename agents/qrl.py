@@ -7,22 +7,121 @@ variable, the latent dynamics and the actor's BC weight (that of the cubes) are 
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Literal
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import Metrics, Params, combine, describe
+from pigbench.agents.agent import LossAndMetrics, Params, combine, describe
 from pigbench.agents.batch import Batch, GoalMixture
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.constraints import Constraint
-from pigbench.agents.networks import LatentDynamics
+from pigbench.agents.constraints import Constraint, TransitionConstraint
+from pigbench.agents.networks import LatentDynamics, apply
 from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
+from pigbench.agents.residuals import Steps
+from pigbench.agents.shapes import Array
 from pigbench.errors import UserError, lookup, require
+from pigbench.support.schema import BY_KIND
 
 RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False)
+
+
+@dataclass(frozen=True)
+class DDPGBC:
+    """DDPG+BC: the policy maximises -d through a model of the dynamics, and clones actions.
+
+    The model is in the embedding space of d, and trained beside it.
+    """
+
+    bc_weight: float = 0.3  # alpha of DDPG+BC
+    kind: Literal["ddpg+bc"] = "ddpg+bc"  # ddpg+bc or awr
+
+    def __post_init__(self) -> None:
+        require(self, lambda x: x >= 0, "at least 0", "bc_weight")
+
+    def init(self, agent: "QRL", key: PRNGKeyArray) -> Params:
+        """Parameters of "dynamics"."""
+        latents, actions = jnp.zeros(agent.config.latent_size), jnp.zeros(agent.action_size)
+        return {"dynamics": agent.dynamics.init(key, latents=latents, actions=actions)}
+
+    def loss(
+        self,
+        agent: "QRL",
+        params: Params,
+        here: Float[Array, "batch n"],
+        there: Float[Array, "batch n"],
+        batch: Batch,
+    ) -> LossAndMetrics:
+        """The losses of the dynamics and of the policy; `here` and `there` embed s and s'."""
+        frozen, frozen_here = jax.lax.stop_gradient((params, here))
+        goals = agent.encode(frozen, batch.actor_goals)
+
+        def critic(actions: Float[Array, "batch action"]) -> Float[Array, "batch"]:
+            return -agent.distance(frozen, agent.predict(frozen, frozen_here, actions), goals)
+
+        return combine(
+            self._dynamics_loss(agent, params, here, there, batch.actions),
+            actors.ddpg_bc(
+                agent.means(params, batch.observations, batch.actor_goals),
+                batch.actions,
+                critic,
+                bc_weight=self.bc_weight,
+            ),
+        )
+
+    def _dynamics_loss(
+        self,
+        agent: "QRL",
+        params: Params,
+        here: Float[Array, "batch n"],
+        there: Float[Array, "batch n"],
+        actions: Float[Array, "batch action"],
+    ) -> LossAndMetrics:
+        """The distance between next embedding and prediction, averaged over both directions."""
+        predicted = agent.predict(params, here, actions)
+        there, predicted = jnp.stack([there, predicted]), jnp.stack([predicted, there])
+        loss = agent.distance(params, there, predicted).mean()
+        return loss, {"dynamics/loss": loss}
+
+
+@dataclass(frozen=True)
+class AWR:
+    """Advantage-weighted regression, where an advantage is by how much a step shortens d."""
+
+    temperature: float = 10.0  # alpha of AWR
+    kind: Literal["awr"] = "awr"  # ddpg+bc or awr
+
+    def __post_init__(self) -> None:
+        require(self, lambda x: x >= 0, "at least 0", "temperature")
+
+    def init(self, agent: "QRL", key: PRNGKeyArray) -> Params:
+        """No parameters: it needs no model."""
+        return {}
+
+    def loss(
+        self,
+        agent: "QRL",
+        params: Params,
+        here: Float[Array, "batch n"],
+        there: Float[Array, "batch n"],
+        batch: Batch,
+    ) -> LossAndMetrics:
+        """The policy's loss; `here` and `there` embed s and s'."""
+        frozen, here, there = jax.lax.stop_gradient((params, here, there))
+        goals = agent.encode(frozen, batch.actor_goals)
+        distances, next_distances = agent.distance(frozen, jnp.stack([here, there]), goals)
+        return actors.awr(
+            agent.means(params, batch.observations, batch.actor_goals),
+            batch.actions,
+            distances - next_distances,
+            temperature=self.temperature,
+        )
+
+
+Extraction = Annotated[DDPGBC | AWR, BY_KIND]
 
 
 @dataclass(frozen=True)
@@ -31,12 +130,10 @@ class QRLConfig(AgentConfig):
 
     quasimetric: str = "iqe"  # iqe or mrn
     latent_size: int = 512  # size of the embeddings between which distances are measured
-    constraint: Constraint = field(default_factory=Constraint)  # the constraint on distances
+    constraint: Constraint = field(default_factory=TransitionConstraint)  # on distances
     push_offset: float = 500.0  # the distance beyond which the push fades
     push_beta: float = 0.01  # how sharply it fades
-    actor: str = "ddpg+bc"  # ddpg+bc or awr
-    bc_weight: float = 0.3  # alpha of DDPG+BC
-    temperature: float = 10.0  # alpha of AWR
+    actor: Extraction = field(default_factory=DDPGBC)  # how the policy is extracted
     value_goals: GoalMixture = RANDOM_STATES
 
     def __post_init__(self) -> None:
@@ -47,9 +144,7 @@ class QRLConfig(AgentConfig):
                 "so it must be 'state'"
             )
         lookup("quasimetric", QUASIMETRICS, self.quasimetric)
-        lookup("actor", ACTOR_LOSSES, self.actor)
         require(self, lambda x: x > 0, "positive", "push_offset", "push_beta")
-        require(self, lambda x: x >= 0, "at least 0", "bc_weight", "temperature")
         size = IQE.component_size
         require(
             self, lambda x: x > 0 and x % size == 0, f"a positive multiple of {size}", "latent_size"
@@ -57,14 +152,11 @@ class QRLConfig(AgentConfig):
 
 
 class QRL(PolicyAgent[QRLConfig]):
-    """V(s, g) = -d(s, g) with a quasimetric d, a dual variable, and a Gaussian policy.
-
-    DDPG+BC maximises -d through a dynamics model in the embedding space of d; AWR needs no model.
-    """
+    """V(s, g) = -d(s, g) with a quasimetric d, a dual variable, and a Gaussian policy."""
 
     @property
-    def residual_constants(self) -> Constraint:
-        """The constraint's."""
+    def penalty(self) -> Constraint:
+        """The constraint."""
         return self.config.constraint
 
     @cached_property
@@ -79,56 +171,54 @@ class QRL(PolicyAgent[QRLConfig]):
         """The network that predicts the next state's embedding."""
         return LatentDynamics(self.config.value_hidden_sizes, layer_norm=self.config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "value", "policy" and, for DDPG+BC, "dynamics"; log of the "multiplier"."""
         value_key, dynamics_key, policy_key = jax.random.split(key, 3)
-        states = jnp.zeros((1, self.observation_size))
-        params = {
-            "value": self.quasimetric.init(value_key, observations=states, goals=states),
+        return {
+            "value": self.quasimetric.init(value_key, **self.inputs),
             "multiplier": jnp.zeros(()),
             "policy": self.init_policy(policy_key),
+            **self.config.actor.init(self, dynamics_key),
         }
-        if self.config.actor == "ddpg+bc":
-            params["dynamics"] = self.dynamics.init(
-                dynamics_key,
-                latents=jnp.zeros((1, self.config.latent_size)),
-                actions=jnp.zeros((1, self.action_size)),
-            )
-        return params
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """Value, dynamics and actor losses. `key` is unused."""
         states = jnp.stack([batch.observations, batch.next_observations, batch.value_goals])
-        here, there, goals = self._encode(params, states)
+        here, there, goals = self.encode(params, states)
         return combine(
             self._value_loss(params, here, there, goals, batch),
-            ACTOR_LOSSES[self.config.actor](self, params, here, there, batch),
+            self.config.actor.loss(self, params, here, there, batch),
         )
 
-    def state_values(self, params: Params, observations: jax.Array, goals: jax.Array) -> jax.Array:
+    def state_value(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+    ) -> Scalar:
         """-d(s, g)."""
-        here, there = self._encode(params, jnp.stack([observations, goals]))
-        return -self._distance(params, here, there)
+        here, there = self.encode(params, jnp.stack([observation, goal]))
+        return -self.distance(params, here, there)
 
     def _value_loss(
-        self, params: Params, here: jax.Array, there: jax.Array, goals: jax.Array, batch: Batch
-    ) -> tuple[jax.Array, Metrics]:
+        self,
+        params: Params,
+        here: Float[Array, "batch n"],
+        there: Float[Array, "batch n"],
+        goals: Float[Array, "batch n"],
+        batch: Batch,
+    ) -> LossAndMetrics:
         config = self.config
-        distances = self._distance(params, here, goals)
-        step_distances = self._distance(params, here, there)
+        distances = self.distance(params, here, goals)
+        step_distances = self.distance(params, here, there)
 
-        def value(states: jax.Array) -> jax.Array:
-            return -self._distance(params, self._encode(params, states), goals)
+        def value(states: Float[Array, "batch observation"]) -> Float[Array, "batch"]:
+            return -self.distance(params, self.encode(params, states), goals)
 
-        violation = config.constraint(
-            value,
-            batch.observations,
-            batch.next_observations,
-            step_distances,
-            self.direction(config.constraint.direction),
-        ).mean()
+        steps = Steps(batch.observations, batch.next_observations, self.coordinates)
+        violation = config.constraint.violations(value, steps, step_distances).mean()
         push = losses.push_apart(distances, offset=config.push_offset, beta=config.push_beta).mean()
         loss = push + losses.lagrangian(
             params["multiplier"], violation, margin=config.constraint.margin
@@ -140,56 +230,23 @@ class QRL(PolicyAgent[QRLConfig]):
             "dual/multiplier": jnp.exp(params["multiplier"]),
         }
 
-    def _awr_loss(
-        self, params: Params, here: jax.Array, there: jax.Array, batch: Batch
-    ) -> tuple[jax.Array, Metrics]:
-        frozen, here, there = jax.lax.stop_gradient((params, here, there))
-        goals = self._encode(frozen, batch.actor_goals)
-        distances, next_distances = self._distance(frozen, jnp.stack([here, there]), goals)
-        return actors.awr(
-            self.means(params, batch.observations, batch.actor_goals),
-            batch.actions,
-            distances - next_distances,
-            temperature=self.config.temperature,
-        )
+    def encode(
+        self, params: Params, states: Float[Array, "*batch observation"]
+    ) -> Float[Array, "*batch n"]:
+        """The embeddings of states, between which `distance` measures."""
+        return apply(self.quasimetric, params["value"], method="encode", observations=states)
 
-    def _ddpg_bc_loss(
-        self, params: Params, here: jax.Array, there: jax.Array, batch: Batch
-    ) -> tuple[jax.Array, Metrics]:
-        frozen, frozen_here = jax.lax.stop_gradient((params, here))
-        goals = self._encode(frozen, batch.actor_goals)
+    def distance(
+        self, params: Params, starts: Float[Array, "*batch n"], ends: Float[Array, "*#batch n"]
+    ) -> Float[Array, "*batch"]:
+        """d from one embedding to another."""
+        return apply(self.quasimetric, params["value"], method="distance", starts=starts, ends=ends)
 
-        def critic(actions: jax.Array) -> jax.Array:
-            return -self._distance(frozen, self._predict(frozen, frozen_here, actions), goals)
-
-        return combine(
-            self._dynamics_loss(params, here, there, batch.actions),
-            actors.ddpg_bc(
-                self.means(params, batch.observations, batch.actor_goals),
-                batch.actions,
-                critic,
-                bc_weight=self.config.bc_weight,
-            ),
-        )
-
-    def _dynamics_loss(
-        self, params: Params, here: jax.Array, there: jax.Array, actions: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
-        """The distance between next embedding and prediction, averaged over both directions."""
-        predicted = self._predict(params, here, actions)
-        there, predicted = jnp.stack([there, predicted]), jnp.stack([predicted, there])
-        loss = self._distance(params, there, predicted).mean()
-        return loss, {"dynamics/loss": loss}
-
-    def _encode(self, params: Params, states: jax.Array) -> Any:
-        return self.quasimetric.apply(params["value"], observations=states, method="encode")
-
-    def _distance(self, params: Params, starts: jax.Array, ends: jax.Array) -> Any:
-        return self.quasimetric.apply(params["value"], starts=starts, ends=ends, method="distance")
-
-    def _predict(self, params: Params, latents: jax.Array, actions: jax.Array) -> Any:
-        return self.dynamics.apply(params["dynamics"], latents=latents, actions=actions)
-
-
-ACTOR_LOSSES = {"ddpg+bc": QRL._ddpg_bc_loss, "awr": QRL._awr_loss}
-"""The losses that train the policy, by name."""
+    def predict(
+        self,
+        params: Params,
+        latents: Float[Array, "batch n"],
+        actions: Float[Array, "batch action"],
+    ) -> Float[Array, "batch n"]:
+        """The embeddings of the states that actions lead to."""
+        return apply(self.dynamics, params["dynamics"], latents=latents, actions=actions)

@@ -9,13 +9,17 @@ from collections.abc import Mapping, Sequence
 import flax.linen as nn
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float
 
 from pigbench.agents.networks import MLP
 from pigbench.agents.norms import safe_norm
+from pigbench.agents.shapes import Array
 
 
-def interval_lengths(starts: jax.Array, ends: jax.Array) -> jax.Array:
-    """The length of the union of intervals [x_i, max(x_i, y_i)]: (..., n) and (..., n) to (...,).
+def interval_lengths(
+    starts: Float[Array, "*#batch n"], ends: Float[Array, "*#batch n"]
+) -> Float[Array, "..."]:
+    """The length of the union of the n intervals [x_i, max(x_i, y_i)].
 
     It is the sum of the ends at which a covered stretch closes, less the starts at which one opens.
     These are found by comparing all pairs, which is elementwise and has no derivative.
@@ -42,18 +46,27 @@ class Quasimetric(nn.Module):
         """Create the embedding's network."""
         self.encoder = MLP(self.hidden_sizes, self.latent_size, layer_norm=self.layer_norm)
 
-    def __call__(self, *, observations: jax.Array, goals: jax.Array) -> jax.Array:
-        """d(s, g): (..., o) and (..., o) to (...,)."""
+    def __call__(
+        self,
+        *,
+        observations: Float[Array, "*#batch observation"],
+        goals: Float[Array, "*#batch observation"],
+    ) -> Float[Array, "..."]:
+        """d(s, g)."""
         return self.distance(
             starts=self.encode(observations=observations), ends=self.encode(observations=goals)
         )
 
-    def encode(self, *, observations: jax.Array) -> jax.Array:
-        """The embedding: (..., o) to (..., n)."""
+    def encode(
+        self, *, observations: Float[Array, "*batch observation"]
+    ) -> Float[Array, "*batch n"]:
+        """The embedding."""
         return self.encoder(observations)
 
-    def distance(self, *, starts: jax.Array, ends: jax.Array) -> jax.Array:
-        """From one embedding to another: (..., n) and (..., n) to (...,)."""
+    def distance(
+        self, *, starts: Float[Array, "*#batch n"], ends: Float[Array, "*#batch n"]
+    ) -> Float[Array, "..."]:
+        """From one embedding to another."""
         raise NotImplementedError
 
 
@@ -72,13 +85,17 @@ class IQE(Quasimetric):
         super().setup()
         self.mixture = self.param("mixture", nn.initializers.zeros, ())
 
-    def distance(self, *, starts: jax.Array, ends: jax.Array) -> jax.Array:
+    def distance(
+        self, *, starts: Float[Array, "*#batch n"], ends: Float[Array, "*#batch n"]
+    ) -> Float[Array, "..."]:
         """As in `Quasimetric`."""
         lengths = interval_lengths(self._components(starts), self._components(ends))
         share = jax.nn.sigmoid(self.mixture)
         return share * lengths.mean(axis=-1) + (1 - share) * lengths.max(axis=-1)
 
-    def _components(self, latents: jax.Array) -> jax.Array:
+    def _components(
+        self, latents: Float[Array, "*batch n"]
+    ) -> Float[Array, "*batch component interval"]:
         return latents.reshape(*latents.shape[:-1], -1, self.component_size)
 
 
@@ -89,7 +106,9 @@ class MRN(Quasimetric):
     Residual Networks for Sample Efficient Goal-Conditioned Reinforcement Learning").
     """
 
-    def distance(self, *, starts: jax.Array, ends: jax.Array) -> jax.Array:
+    def distance(
+        self, *, starts: Float[Array, "*#batch n"], ends: Float[Array, "*#batch n"]
+    ) -> Float[Array, "..."]:
         """As in `Quasimetric`."""
         symmetric, asymmetric = jnp.split(starts - ends, 2, axis=-1)
         return safe_norm(symmetric) + jax.nn.relu(asymmetric).max(axis=-1)

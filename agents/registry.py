@@ -9,7 +9,7 @@ from pigbench.agents import catalogue
 from pigbench.agents.agent import Agent
 from pigbench.agents.catalogue import summaries
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.constraints import Constraint
+from pigbench.agents.constraints import EikonalConstraint, HJBConstraint
 from pigbench.agents.crl import CRL, CRLConfig
 from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
@@ -17,7 +17,7 @@ from pigbench.agents.gciql import GCIQL, GCIQLConfig
 from pigbench.agents.gcivl import GCIVL, GCIVLConfig
 from pigbench.agents.hiql import HIQL, HIQLConfig
 from pigbench.agents.qrl import QRL, QRLConfig
-from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.regularizers import EikonalRegularizer, HJBRegularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup, unknown_name
@@ -130,97 +130,46 @@ def build(
     return method.agent(config, space, statistics=statistics)
 
 
-for _method in (
-    Method(
-        name="gcivl",
-        agent=GCIVL,
-        config=GCIVLConfig(),
-        summary=summaries()["gcivl"],
-    ),
-    Method(
-        name="eik-gcivl",
-        agent=GCIVL,
-        config=GCIVLConfig(regularizer=Regularizer("eikonal")),
-        summary=summaries()["eik-gcivl"],
-    ),
-    Method(
-        name="hjb-gcivl",
-        agent=GCIVL,
-        config=GCIVLConfig(regularizer=Regularizer("hjb")),
-        summary=summaries()["hjb-gcivl"],
-    ),
-    Method(
-        name="qrl",
-        agent=QRL,
-        config=QRLConfig(),
-        summary=summaries()["qrl"],
-    ),
-    Method(
-        name="eik-qrl",
-        agent=QRL,
-        config=QRLConfig(constraint=Constraint("eikonal")),
-        summary=summaries()["eik-qrl"],
-    ),
-    Method(
-        name="hjb-qrl",
-        agent=QRL,
-        config=QRLConfig(constraint=Constraint("hjb")),
-        summary=summaries()["hjb-qrl"],
-    ),
-    Method(
-        name="gcbc",
-        agent=GCBC,
-        config=AgentConfig(),
-        summary=summaries()["gcbc"],
-    ),
-    Method(
-        name="gciql",
-        agent=GCIQL,
-        config=GCIQLConfig(),
-        summary=summaries()["gciql"],
-    ),
-    Method(
-        name="crl",
-        agent=CRL,
-        config=CRLConfig(),
-        summary=summaries()["crl"],
-    ),
-    Method(
-        name="hiql",
-        agent=HIQL,
-        config=HIQLConfig(),
-        summary=summaries()["hiql"],
-    ),
-    hierarchy(
-        "sharsa",
-        FlowClone,
-        FlowCloneConfig(),
-        low_level_representation="full",
-        summary=summaries()["sharsa"],
-    ),
-    hierarchy(
-        "dsharsa",
-        FlowClone,
-        FlowCloneConfig(candidates=32),
-        low_level_representation="full",
-        summary=summaries()["dsharsa"],
-    ),
-):
-    register(_method)
+_FLAT: Mapping[str, tuple[Callable[..., Agent[Any]], AgentConfig]] = {
+    "gcivl": (GCIVL, GCIVLConfig()),
+    "eik-gcivl": (GCIVL, GCIVLConfig(regularizer=EikonalRegularizer())),
+    "hjb-gcivl": (GCIVL, GCIVLConfig(regularizer=HJBRegularizer())),
+    "qrl": (QRL, QRLConfig()),
+    "eik-qrl": (QRL, QRLConfig(constraint=EikonalConstraint())),
+    "hjb-qrl": (QRL, QRLConfig(constraint=HJBConstraint())),
+    "gcbc": (GCBC, AgentConfig()),
+    "gciql": (GCIQL, GCIQLConfig()),
+    "crl": (CRL, CRLConfig()),
+    "hiql": (HIQL, HIQLConfig()),
+}
 
-for _name, _low in {
+_CLONED: Mapping[str, FlowCloneConfig] = {
+    "sharsa": FlowCloneConfig(),
+    "dsharsa": FlowCloneConfig(candidates=32),
+}
+"""Hierarchies whose low level clones actions, by the low level's configuration."""
+
+_HIERARCHICAL: Mapping[str, str] = {
     "h-flow-gcivl": "gcivl",
     "pi-h-flow-eik-gcivl": "eik-gcivl",
     "pi-h-flow-hjb-gcivl": "hjb-gcivl",
     "h-flow-qrl": "qrl",
     "pi-h-flow-eik-qrl": "eik-qrl",
     "pi-h-flow-hjb-qrl": "hjb-qrl",
-}.items():
+}
+"""Hierarchies by their low level's method."""
+
+for _name, (_agent, _config) in _FLAT.items():
+    register(Method(_name, _agent, _config, summaries()[_name]))
+for _name, _config in _CLONED.items():
     register(
         hierarchy(
             _name,
-            get(_low).agent,
-            get(_low).config,
+            FlowClone,
+            _config,
+            low_level_representation="full",
             summary=summaries()[_name],
         )
     )
+for _name, _low in _HIERARCHICAL.items():
+    register(hierarchy(_name, *_FLAT[_low], summary=summaries()[_name]))

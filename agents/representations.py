@@ -5,10 +5,11 @@ A low level may see only part of a state, and an agent only part of a goal.
 
 from collections.abc import Mapping
 
-import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
+from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Layout
@@ -50,15 +51,17 @@ class Representation:
         self.layout = layout.subset(self._parts)
         self._statistics = statistics and statistics.select(self._parts)
 
-    def __call__(self, observations: jax.Array) -> jax.Array:
-        """(..., observation_size) to (..., size)."""
+    def __call__(
+        self, observations: Float[Array, "*batch observation"]
+    ) -> Float[Array, "*batch x"]:
+        """x of s."""
         kept = jnp.concatenate([observations[..., part] for part in self._parts.values()], -1)
         if self._statistics is None:
             return kept
         return (kept - self._statistics.mean) / self._statistics.deviation
 
-    def restore(self, x: jax.Array) -> jax.Array:
-        """The kept terms in the observation's own units: (..., size) to (..., size)."""
+    def restore(self, x: Float[Array, "*batch x"]) -> Float[Array, "*batch x"]:
+        """The kept terms in the observation's own units."""
         if self._statistics is None:
             return x
         return x * self._statistics.deviation + self._statistics.mean

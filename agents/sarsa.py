@@ -6,14 +6,15 @@ and value losses" of the paper's appendix.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import optax
+from jaxtyping import Float, PRNGKeyArray
 
-from pigbench.agents.agent import Metrics, Params, describe
-from pigbench.agents.networks import Critic, Value, apply_ensemble, init_ensemble
+from pigbench.agents.agent import LossAndMetrics, Params, describe
+from pigbench.agents.networks import Critic, Value, apply, apply_ensemble, init_ensemble
+from pigbench.agents.shapes import Array
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,14 @@ class Sarsa:
         return Value(self.hidden_sizes, layer_norm=self.layer_norm)
 
     def init(
-        self, key: jax.Array, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
+        self,
+        key: PRNGKeyArray,
+        *,
+        observations: Float[Array, "*batch observation"],
+        actions: Float[Array, "*batch action"],
+        goals: Float[Array, "*batch goal"],
     ) -> Params:
-        """Initial parameters, for inputs of these shapes."""
+        """Initial parameters, for inputs of these sizes."""
         critic_key, value_key = jax.random.split(key)
         return {
             "critic": init_ensemble(
@@ -60,21 +66,21 @@ class Sarsa:
         params: Params,
         target_params: Params,
         *,
-        observations: jax.Array,
-        actions: jax.Array,
-        goals: jax.Array,
-        next_observations: jax.Array,
-        success: jax.Array,
-        discounts: jax.Array,
-    ) -> tuple[jax.Array, Metrics]:
+        observations: Float[Array, "batch observation"],
+        actions: Float[Array, "batch action"],
+        goals: Float[Array, "batch goal"],
+        next_observations: Float[Array, "batch observation"],
+        success: Float[Array, "batch"],
+        discounts: Float[Array, "batch"],
+    ) -> LossAndMetrics:
         """Binary cross-entropies of Q_1 and Q_2 with their backup, and of V with min(Q_1, Q_2).
 
-        `discounts` (B,) are discount^k for transitions of k steps. `success` (B,) is 1 where a
+        `discounts` are discount^k for transitions of k steps. `success` is 1 where a
         transition ends at the goal, else 0; the reward there is discount^k, and the goal terminal.
         """
         inputs = {"observations": observations, "actions": actions, "goals": goals}
-        next_logits: Any = self.value.apply(
-            params["value"], observations=next_observations, goals=goals
+        next_logits = apply(
+            self.value, params["value"], observations=next_observations, goals=goals
         )
         next_values = jax.lax.stop_gradient(jax.nn.sigmoid(next_logits))
         backups = discounts * jnp.where(success, 1, next_values)
@@ -82,9 +88,7 @@ class Sarsa:
         critic_loss = optax.sigmoid_binary_cross_entropy(critic_logits, backups).sum(axis=0).mean()
 
         values = self.score(target_params, **inputs)
-        value_logits: Any = self.value.apply(
-            params["value"], observations=observations, goals=goals
-        )
+        value_logits = apply(self.value, params["value"], observations=observations, goals=goals)
         value_loss = optax.sigmoid_binary_cross_entropy(value_logits, values).mean()
 
         return critic_loss + value_loss, {
@@ -94,10 +98,27 @@ class Sarsa:
             **describe("value", jax.nn.sigmoid(value_logits)),
         }
 
+    def best(
+        self,
+        params: Params,
+        *,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "goal"],
+        candidates: Float[Array, "candidate action"],
+    ) -> Float[Array, "action"]:
+        """The candidate of the highest score."""
+        scores = self.score(params, observations=observation, actions=candidates, goals=goal)
+        return candidates[jnp.argmax(scores)]
+
     def score(
-        self, params: Params, *, observations: jax.Array, actions: jax.Array, goals: jax.Array
-    ) -> jax.Array:
-        """min(Q_1, Q_2) in (0, 1): (..., o), (..., a) and (..., g) to (...,)."""
+        self,
+        params: Params,
+        *,
+        observations: Float[Array, "*#batch observation"],
+        actions: Float[Array, "*batch action"],
+        goals: Float[Array, "*#batch goal"],
+    ) -> Float[Array, "*batch"]:
+        """min(Q_1, Q_2) in (0, 1)."""
         observations, goals = (
             jnp.broadcast_to(inputs, (*actions.shape[:-1], inputs.shape[-1]))
             for inputs in (observations, goals)

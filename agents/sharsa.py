@@ -10,13 +10,15 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Float, PRNGKeyArray
 
-from pigbench.agents.agent import Agent, Metrics, Params, combine
+from pigbench.agents.agent import Agent, LossAndMetrics, Params, combine
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
-from pigbench.agents.flow import FlowPolicy, best_of
+from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
+from pigbench.agents.shapes import Array
 from pigbench.errors import require
 from pigbench.layout import Space
 
@@ -56,21 +58,17 @@ class FlowClone(Agent[FlowCloneConfig]):
         """The critic of actions."""
         return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
 
-    def init(self, key: jax.Array) -> Params:
+    def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "actor" and, with a critic, "critic" and "value"."""
         actor_key, values_key = jax.random.split(key)
-        states, goals = jnp.zeros((1, self.observation_size)), jnp.zeros((1, self.goal_size))
-        actions = jnp.zeros((1, self.action_size))
-        params = {"actor": self.actor.init(actor_key, observations=states, goals=goals)}
+        params = {"actor": self.actor.init(actor_key, **self.inputs)}
         if self.has_critic:
-            params |= self.values.init(
-                values_key, observations=states, actions=actions, goals=goals
-            )
+            params |= self.values.init(values_key, **self.critic_inputs)
         return params
 
     def loss(
-        self, params: Params, target_params: Params, batch: Batch, key: jax.Array
-    ) -> tuple[jax.Array, Metrics]:
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
         """The flow-matching loss and, with a critic, its losses, which train disjoint networks."""
         actor = self.actor.loss(
             params["actor"],
@@ -95,19 +93,17 @@ class FlowClone(Agent[FlowCloneConfig]):
         return combine(actor, values)
 
     def act(
-        self, params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array
-    ) -> jax.Array:
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
         """The best of `candidates` samples of the flow, clipped to [-1, 1]."""
-        goals = self.as_goals(goals)
-        candidates = self.actor.sample(
-            params["actor"],
-            observations=observations,
-            goals=goals,
-            count=self.config.candidates,
-            key=key,
-        )
-        actions = jnp.clip(candidates, -1, 1)
+        inputs = {"observation": observation, "goal": self.as_goals(goal)}
+        count = self.config.candidates
+        drawn = self.actor.sample(params["actor"], **inputs, count=count, key=key)
+        actions = jnp.clip(drawn, -1, 1)
         if not self.has_critic:
             return actions[0]
-        scores = self.values.score(params, observations=observations, actions=actions, goals=goals)
-        return best_of(actions, scores)
+        return self.values.best(params, **inputs, candidates=actions)

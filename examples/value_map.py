@@ -45,7 +45,7 @@ def value_map(folder: Path, *, task: int, points: int, seed: int) -> Map:
         yaw = jnp.zeros(env.spec.num_cubes)
         # One key for all, so that all states have the same arm pose and the same goal.
         start = env.reset_to(seeds.key(seed), cubes, goal, yaw=yaw, jitter=0.0)
-        return agent.state_values(state.acting, start.obs[None], start.info["goal"][None])[0]
+        return agent.state_value(state.acting, start.obs, start.info["goal"])
 
     values = jax.jit(jax.vmap(value))(*map(jnp.ravel, jnp.meshgrid(x, y, indexing="ij")))
     title = f"{run.config.label}, seed {run.config.seed}, step {int(state.step):,}"

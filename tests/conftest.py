@@ -15,6 +15,7 @@ from jaxtyping import install_import_hook, jaxtyped
 # Calls of these are checked against their annotations, shapes of arrays included. Of others, tests
 # replace parts by stand-ins.
 CHECKED = (
+    "pigbench.agents",
     "pigbench.analysis.modes",
     "pigbench.data.mapped",
     "pigbench.data.quality",

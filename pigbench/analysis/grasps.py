@@ -65,10 +65,11 @@ def measure(
 
     Measured for the data's subgoal and for one drawn from the agent.
     """
-    generated = jax.jit(agent.subgoals)(params, grasps.starts, grasps.goals, seeds.key(seed))
+    keys = jax.random.split(seeds.key(seed), len(grasps.starts))
+    draw_subgoals = jax.jit(jax.vmap(agent.subgoal, (None, 0, 0, 0)))
     subgoals = {
         "the data's subgoal": agent.represent(jnp.asarray(grasps.ahead)),
-        "generated": generated,
+        "generated": draw_subgoals(params, grasps.starts, grasps.goals, keys),
     }
     return {
         name: np.linalg.norm(pinch(agent, x)[:, :2] - grasps.cube, axis=-1)

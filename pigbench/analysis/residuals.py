@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -12,10 +12,12 @@ from jaxtyping import Array, Float, Key, Shaped
 from pigbench import seeds
 from pigbench.agents import Agent, Params
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.regularizers import eikonal_residual, hjb_residual
+from pigbench.agents.residuals import HJB, Eikonal, Steps
 from pigbench.analysis.modes import MODES, contact_modes
 from pigbench.data import sampler
 from pigbench.data.sampler import Rows
+
+Equation = TypeVar("Equation", Eikonal, HJB)
 
 _BATCH = 1000
 
@@ -23,10 +25,11 @@ _BATCH = 1000
 class Residuals(NamedTuple):
     """Measurements of n transitions.
 
-    `eikonal` and `hjb` are the residuals of `agents/regularizers.py`, with the constants, goals and
-    coordinates with which the agent trains its value (a hierarchy its low level's). `gradient` is
-    the norm of the gradient with respect to the state; `robot` and `object` are the shares of its
-    square along their coordinates (NaN where the gradient is zero).
+    `eikonal` and `hjb` are the residuals of `agents/residuals.py`, with the goals and coordinates
+    with which the agent trains its value (a hierarchy its low level's), and with its own constants
+    of the equation if it trains on it, or else the usual ones. `gradient` is the norm of the
+    gradient with respect to the state; `robot` and `object` are the shares of its square along
+    their coordinates (NaN where the gradient is zero).
     """
 
     eikonal: Float[np.ndarray, " n"]
@@ -60,20 +63,15 @@ def _measure_batch(
     batch = sampler.sample(key, rows, agent.sampling, _BATCH)
 
     learner, learned, seen = agent.value_learner(params, batch)
-    constants = learner.residual_constants
 
     def value(states: Float[Array, "b x"]) -> Float[Array, " b"]:
-        return learner.state_values(learned, states, seen.value_goals)
+        return jax.vmap(learner.state_value, (None, 0, 0))(learned, states, seen.value_goals)
+
+    def residuals(kind: type[Equation]) -> jax.Array:
+        return equation(kind, learner).residuals(value, steps)[1]
 
     states = seen.observations
-    _, eikonal = eikonal_residual(value, states, speed=constants.speed)
-    _, hjb = hjb_residual(
-        value,
-        states,
-        seen.next_observations,
-        epsilon=constants.epsilon,
-        direction=learner.direction(constants.direction),
-    )
+    steps = Steps(states, seen.next_observations, learner.coordinates)
     gradients = jax.grad(lambda states: value(states).sum())(states)
     squares = gradients**2 / jnp.sum(gradients**2, axis=-1, keepdims=True)
 
@@ -81,7 +79,13 @@ def _measure_batch(
         parts = learner.layout.group(group).values()
         return sum((squares[:, part].sum(axis=-1) for part in parts), start=jnp.zeros(len(states)))
 
-    return batch.observations, eikonal, hjb, safe_norm(gradients), share("robot"), share("objects")
+    columns = residuals(Eikonal), residuals(HJB), safe_norm(gradients)
+    return batch.observations, *columns, share("robot"), share("objects")
+
+
+def equation(kind: type[Equation], agent: Agent) -> Equation:
+    """The equation of this kind with the agent's constants, or the usual ones if it has none."""
+    return agent.penalty if isinstance(agent.penalty, kind) else kind()
 
 
 def by_mode(

@@ -77,14 +77,15 @@ def measure(
     subgoals = agent.represent(jnp.asarray(stretches.ahead))
     actions = jnp.asarray(stretches.actions)
 
-    def key(time: Int[Array, ""]) -> Key[Array, ""]:
-        return jax.random.fold_in(seeds.key(seed), time)
+    def keys(time: Int[Array, ""]) -> Key[Array, " n"]:
+        return jax.random.split(jax.random.fold_in(seeds.key(seed), time), len(starts))
 
+    act, follow = (jax.vmap(way, (None, 0, 0, 0)) for way in (agent.act, agent.follow))
     ways: dict[str, Way] = {
         REPLAYED: lambda states, time: actions[time],
-        AHEAD: lambda states, time: agent.follow(params, states, subgoals[time], key(time)),
-        FIXED: lambda states, time: agent.follow(params, states, subgoals[0], key(time)),
-        BOTH: lambda states, time: agent.act(params, states, aims, key(time)),
+        AHEAD: lambda states, time: follow(params, states, subgoals[time], keys(time)),
+        FIXED: lambda states, time: follow(params, states, subgoals[0], keys(time)),
+        BOTH: lambda states, time: act(params, states, aims, keys(time)),
     }
     ends = {STILL: starts} | {name: _simulate(env, way, stretches) for name, way in ways.items()}
     return contact_modes(starts, env.layout), {

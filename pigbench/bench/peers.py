@@ -38,11 +38,10 @@ def evaluation(ours: "envs.CubeEnv", method: str, preset: str) -> Contender:
         for episode in itertools.count():
             task = 1 + episode % ours.num_tasks
             observation, info = env.reset(seed=episode, options={"task_id": task})
-            goal = np.asarray(info["goal"], np.float32)[None]
+            goal = np.asarray(info["goal"], np.float32)
             for key in jax.random.split(jax.random.key(episode), ours.episode_length):
-                states = np.asarray(observation, np.float32)[None]
-                actions = act(params, states, goal, key)
-                observation, *_ = env.step(np.asarray(actions[0]))
+                action = act(params, np.asarray(observation, np.float32), goal, key)
+                observation, *_ = env.step(np.asarray(action))
                 yield
 
     return _contender(control_steps())

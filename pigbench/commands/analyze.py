@@ -7,9 +7,10 @@ import numpy as np
 import tyro
 
 from pigbench import envs
+from pigbench.agents.residuals import HJB
 from pigbench.analysis import figure
 from pigbench.analysis.modes import MODES
-from pigbench.analysis.residuals import Residuals, by_mode, measure
+from pigbench.analysis.residuals import Residuals, by_mode, equation, measure
 from pigbench.data import dataset
 from pigbench.data.sampler import Rows
 from pigbench.errors import require
@@ -70,7 +71,7 @@ class Analyze:
             modes, residuals = measure(
                 agent, state.acting, rows, samples=self.samples, seed=self.seed
             )
-            caption = CAPTION.format(direction=agent.residual_constants.direction)
+            caption = CAPTION.format(direction=equation(HJB, agent).direction)
             table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{caption}\n"
             print(table)
             files.write_text(out / "residuals.md", table)

@@ -87,7 +87,13 @@ def _parse(kind: Any, arguments: Sequence[str], *, program: str) -> Any:
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
-            command = tyro.cli(kind, default=default, args=arguments, prog=program)
+            command = tyro.cli(
+                kind,
+                default=default,
+                args=arguments,
+                prog=program,
+                config=(tyro.conf.AvoidSubcommands,),
+            )
     except SystemExit as exit_:
         if exit_.code in (0, None):
             raise

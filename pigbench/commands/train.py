@@ -13,12 +13,12 @@ import jax
 import tyro
 
 from pigbench import agents, envs, names, opengl, trackers
-from pigbench.agents import AgentConfig, Statistics
+from pigbench.agents import AgentConfig, Statistics, kinds
 from pigbench.commands.parsing import MAY_BE_EMPTY
 from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
 from pigbench.data.defaults import HomeChoice
-from pigbench.errors import UserError
+from pigbench.errors import UserError, lookup
 from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.lock import only_writer
@@ -95,16 +95,14 @@ class Train:
     @classmethod
     def defaults(cls, arguments: Sequence[str]) -> "Train":
         """The defaults of the chosen method and preset, which determine the available fields."""
-        parser = argparse.ArgumentParser(add_help=False)
-        parser.add_argument("--preset", default=cls.preset)
-        preset = parser.parse_known_args(arguments)[0].preset
+        preset = _given(arguments, "--preset", cls.preset)
         named = arguments and not arguments[0].startswith("-")
         method = agents.get(arguments[0]) if named else agents.get(agents.names()[0])
         return cls(
             method=tyro.MISSING,
             data=tyro.MISSING,
             out=tyro.MISSING,
-            agent=method.preset(preset),
+            agent=_of_kinds(method.preset(preset), arguments, "--agent"),
             preset=preset,
         )
 
@@ -183,6 +181,26 @@ class Train:
             | {"every": self.evaluate_every, "engine": self.engine},
             variant=self.variant,
         )
+
+
+def _of_kinds(config: Any, arguments: Sequence[str], prefix: str) -> Any:
+    """`config` with the kinds that `arguments` name, such as --agent.regularizer.kind eikonal."""
+    changes: dict[str, Any] = {}
+    for field in dataclasses.fields(config):
+        value, option = getattr(config, field.name), f"{prefix}.{field.name.replace('_', '-')}"
+        if known := kinds.known(config, field.name):
+            kind = _given(arguments, f"{option}.kind", value.kind)
+            changes[field.name] = value if kind == value.kind else lookup(field.name, known, kind)()
+        elif dataclasses.is_dataclass(value):
+            changes[field.name] = _of_kinds(value, arguments, option)
+    return dataclasses.replace(config, **changes)
+
+
+def _given(arguments: Sequence[str], option: str, default: str) -> str:
+    """The value of an option on which the available fields depend."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument(option, dest="value", nargs="?", default=default)
+    return parser.parse_known_args(arguments)[0].value or default
 
 
 def _note_resumed(runs: Sequence[Run], origin: Mapping[str, Any]) -> None:

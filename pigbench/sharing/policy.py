@@ -8,7 +8,7 @@ README.md               the same for people, with the lines that make it act
 
 import contextlib
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +82,7 @@ def by_path(tree: Any) -> dict[str, Any]:
 def serialize(agent: Agent, params: Params) -> bytes:
     """The agent's serialised policy, which takes parameters `by_path` and batches of any size."""
     names, structure = list(by_path(params)), jax.tree.structure(params)
+    act_on_batch = batched(agent)
 
     def act(
         parameters: Mapping[str, jax.Array],
@@ -90,7 +91,7 @@ def serialize(agent: Agent, params: Params) -> bytes:
         key: jax.Array,
     ) -> jax.Array:
         tree = jax.tree.unflatten(structure, [parameters[name] for name in names])
-        return agent.act(tree, observations, goals, key)
+        return act_on_batch(tree, observations, goals, key)
 
     (batch,) = jax.export.symbolic_shape("batch")
     states = jax.ShapeDtypeStruct((batch, agent.observation_size), jnp.float32)
@@ -100,6 +101,16 @@ def serialize(agent: Agent, params: Params) -> bytes:
             parameters, states, states, key
         )
     return bytes(exported.serialize())
+
+
+def batched(agent: Agent) -> Callable[[Params, jax.Array, jax.Array, jax.Array], jax.Array]:
+    """The agent's policy on a batch, each of whose examples has draws of its own from one key."""
+
+    def act(params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array) -> jax.Array:
+        keys = jax.vmap(jax.random.fold_in, (None, 0))(key, jnp.arange(len(observations)))
+        return jax.vmap(agent.act, (None, 0, 0, 0))(params, observations, goals, keys)
+
+    return act
 
 
 @contextlib.contextmanager

@@ -8,18 +8,29 @@ import jax
 import jax.numpy as jnp
 import optax
 
+from pigbench.agents.directions import Coordinates
 from pigbench.agents.networks import MLP
-from pigbench.agents.regularizers import Regularizer
+from pigbench.agents.regularizers import (
+    EikonalRegularizer,
+    HJBRegularizer,
+    NoRegularizer,
+    Regularizer,
+)
+from pigbench.agents.residuals import Steps
 from pigbench.errors import require
+from pigbench.layout import Layout
 from pigbench.seeds import key as seed_key
 from pigbench.toy.problem import Mode
 
 LOSSES: Mapping[str, Regularizer] = {
-    "baseline": Regularizer("none"),
-    "hjb": Regularizer("hjb"),
-    "eikonal": Regularizer("eikonal"),
+    "baseline": NoRegularizer(),
+    "hjb": HJBRegularizer(),
+    "eikonal": EikonalRegularizer(),
 }
-"""The paper's three losses, Eqs. toy_baseline, toy_hjb and toy_eik: regression plus a residual."""
+"""Regression, alone and with each residual: the three losses of the paper's appendix "Extended
+analysis of the hybrid toy example"."""
+
+_PLANE = Coordinates(Layout.of({"positions": 2}), statistics=None)
 
 _STRETCH = 100  # updates between two reports
 
@@ -112,10 +123,9 @@ def _loss(
     samples = settings.half_width * jax.random.uniform(key, shape, minval=-1, maxval=1)
 
     def mode_loss(number: int, mode: Mode, states: jax.Array) -> jax.Array:
-        values, residuals = regularizer(
+        values, residuals = regularizer.residuals(
             lambda states: -predict(settings, params, number, states),
-            states,
-            mode.successor(states),
+            Steps(states, mode.successor(states), _PLANE),
         )
         errors = values + mode.cost_to_go(states)
         return jnp.mean(errors**2 + regularizer.weight * residuals)

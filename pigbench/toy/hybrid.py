@@ -2,8 +2,8 @@
 
 States are (x_a, x_o); the mode is h. The goal is to hold the object at 0. Without contact, the
 agent moves alone; once it has reached the object, it grasps it at a cost of 1; then both move
-together. d* is the paper's Eq. toy_example_gc_value_function; in the holding mode, it is defined
-on the whole square, though only states with x_a = x_o can be reached.
+together. d* is that of "A 1-D illustrative example" in the paper; in the holding mode, it is
+defined on the whole square, though only states with x_a = x_o can be reached.
 """
 
 import jax

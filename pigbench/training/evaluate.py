@@ -111,7 +111,7 @@ def action(
     time: Int[Array, ""],
 ) -> Float[Array, " a"]:
     """The action in one episode after `time` steps; its draws depend on `key` and `time`."""
-    return agent.act(params, observation[None], goal[None], jax.random.fold_in(key, time))[0]
+    return agent.act(params, observation, goal, jax.random.fold_in(key, time))
 
 
 def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Evaluator:

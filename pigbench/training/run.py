@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from pigbench.agents import stored
 from pigbench.errors import UserError
 from pigbench.support import files, schema
 from pigbench.support.compare import first_difference, require_same
@@ -247,7 +248,8 @@ def read_run(path: Path) -> Run:
     if not config_path.exists():
         raise UserError(f"{path} is not a run: it has no {CONFIG_FILE}")
     content = files.read_json(config_path)
-    return Run(path, schema.read(RunConfig, content, f"{config_path} is torn"))
+    config = schema.read(RunConfig, content, f"{config_path} is torn")
+    return Run(path, dataclasses.replace(config, agent=stored.upgraded(config.agent)))
 
 
 def read_statistics(run: Run) -> "Statistics | None":

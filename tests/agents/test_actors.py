@@ -54,7 +54,7 @@ def test_the_policy_acts_within_its_limits(build, init):
     params = init(agent)
     states = 1e4 * jax.random.normal(jax.random.key(0), (64, 4))
     means = agent.means(params, states, -states)
-    actions = agent.act(params, states, -states, jax.random.key(1))
+    actions = jax.vmap(agent.act, (None, 0, 0, None))(params, states, -states, jax.random.key(1))
     assert np.abs(means).max() > 1
     np.testing.assert_array_equal(actions, np.clip(means, -1, 1))
 

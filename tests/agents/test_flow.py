@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pigbench.agents.flow import FlowPolicy, VectorField, best_of, integrate, matching_loss
+from pigbench.agents.flow import FlowPolicy, VectorField, integrate, matching_loss
 
 
 def test_the_loss_measures_the_distance_from_the_path_to_the_sample():
@@ -55,28 +55,22 @@ def test_the_exact_field_of_a_gaussian_carries_noise_to_it():
     np.testing.assert_allclose(found, mu + sigma * noise, atol=0.01)
 
 
-def test_the_best_of_a_batch_is_that_of_each_example():
-    rng = np.random.default_rng(0)
-    candidates, scores = rng.normal(size=(5, 3, 4, 2)), rng.normal(size=(5, 3, 4))
-    best = best_of(jnp.asarray(candidates), jnp.asarray(scores))
-    assert best.shape == (3, 4, 2)
-    for i, j in np.ndindex(3, 4):
-        chosen = max(range(5), key=lambda n, i=i, j=j: scores[n, i, j])
-        np.testing.assert_allclose(best[i, j], candidates[chosen, i, j], rtol=1e-6)
-
-
 def test_samples_are_the_fields_one_at_a_time():
-    """`sample` against a loop over candidates, examples and steps."""
+    """`sample`, mapped over examples, against a loop over candidates, examples and steps."""
     policy = FlowPolicy((16,), 2, layer_norm=True, steps=4)
     states = jax.random.normal(jax.random.key(0), (3, 5))
     params = policy.init(jax.random.key(1), observations=states, goals=-states)
-    key = jax.random.key(2)
-    found = policy.sample(params, observations=states, goals=-states, count=6, key=key)
-    assert found.shape == (6, 3, 2)
+    keys = jax.random.split(jax.random.key(2), 3)
+
+    def sample(state, key):
+        return policy.sample(params, observation=state, goal=-state, count=6, key=key)
+
+    found = jax.vmap(sample)(states, keys)
+    assert found.shape == (3, 6, 2)
 
     field = VectorField((16,), 2, layer_norm=True)
     for n, b in np.ndindex(6, 3):
-        x = jax.random.normal(key, (6, 3, 2))[n, b]
+        x = jax.random.normal(keys[b], (6, 2))[n]
         for m in range(4):
             x += 0.25 * field.apply(
                 params,
@@ -85,16 +79,14 @@ def test_samples_are_the_fields_one_at_a_time():
                 points=x,
                 times=jnp.array(m / 4),
             )
-        np.testing.assert_allclose(found[n, b], x, rtol=1e-4, atol=1e-5)
+        np.testing.assert_allclose(found[b, n], x, rtol=1e-4, atol=1e-5)
 
 
-def test_samples_differ_between_candidates_and_examples():
+def test_samples_differ_between_candidates():
     policy = FlowPolicy((8,), 1, layer_norm=False, steps=2)
-    states = jnp.ones((4, 1))
-    params = policy.init(jax.random.key(0), observations=states, goals=states)
-    samples = policy.sample(
-        params, observations=states, goals=states, count=5, key=jax.random.key(1)
-    )
+    state = jnp.ones(1)
+    params = policy.init(jax.random.key(0), observations=state, goals=state)
+    samples = policy.sample(params, observation=state, goal=state, count=20, key=jax.random.key(1))
     assert len(np.unique(samples)) == 20
 
 

@@ -2,7 +2,7 @@ import jax
 import numpy as np
 import pytest
 
-from pigbench.agents import Regularizer
+from pigbench.agents import EikonalRegularizer, HJBRegularizer, NoRegularizer
 
 
 def member_values(agent, members, states, goals):
@@ -52,9 +52,11 @@ def expected_actor_loss(values, next_values, actions, means, temperature):
     return total / len(actions)
 
 
-@pytest.mark.parametrize("kind", ["none", "eikonal", "hjb"])
-def test_the_loss_against_numpy(build, init, batch, float64, kind):
-    agent = build("gcivl", discount=0.9, expectile=0.8, regularizer=Regularizer(kind, weight=0.7))
+@pytest.mark.parametrize(
+    "regularizer", [NoRegularizer(), EikonalRegularizer(weight=0.7), HJBRegularizer(weight=0.7)]
+)
+def test_the_loss_against_numpy(build, init, batch, float64, regularizer):
+    agent = build("gcivl", discount=0.9, expectile=0.8, regularizer=regularizer)
     params, targets = init(agent), init(agent, 1)["value"]
 
     def value(states, goals, members=params["value"]):
@@ -69,7 +71,9 @@ def test_the_loss_against_numpy(build, init, batch, float64, kind):
         discount=0.9,
         iota=0.8,
     )
-    regularization = 0.7 * expected_regularization(kind, lambda x: value(x, g), s, s_next)
+    regularization = 0.7 * expected_regularization(
+        regularizer.kind, lambda x: value(x, g), s, s_next
+    )
     actor_loss = expected_actor_loss(
         value(s, batch.actor_goals),
         value(s_next, batch.actor_goals),
@@ -85,14 +89,16 @@ def test_the_loss_against_numpy(build, init, batch, float64, kind):
     assert loss == pytest.approx(td_loss + regularization + actor_loss, rel=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["none", "hjb"])
-def test_a_reward_at_the_goal_gives_the_same_values_on_another_scale(build, batch, float64, kind):
+@pytest.mark.parametrize("regularizer", [NoRegularizer(), HJBRegularizer()])
+def test_a_reward_at_the_goal_gives_the_same_values_on_another_scale(
+    build, batch, float64, regularizer
+):
     """1 + (1 - discount) V: errors are (1 - discount) as large, and residuals are the same.
 
     The value's last layer does it, being linear.
     """
     cost, reward = (
-        build("gcivl", discount=0.9, rewards=rewards, regularizer=Regularizer(kind))
+        build("gcivl", discount=0.9, rewards=rewards, regularizer=regularizer)
         for rewards in ("-1/0", "0/1")
     )
     params = cost.init(jax.random.key(0))
@@ -109,10 +115,9 @@ def test_a_reward_at_the_goal_gives_the_same_values_on_another_scale(build, batc
         for agent, values in ((cost, params), (reward, scaled))
     )
     states, goals = batch.observations, batch.value_goals
+    rewarded, costly = (jax.vmap(one.state_value, (None, 0, 0)) for one in (reward, cost))
     np.testing.assert_allclose(
-        reward.state_values(scaled, states, goals),
-        cost.state_values(params, states, goals),
-        rtol=1e-5,
+        rewarded(scaled, states, goals), costly(params, states, goals), rtol=1e-5
     )
     of_cost, of_reward = jax.device_get((of_cost, of_reward))
     assert of_reward["value/mean"] == pytest.approx(1 + 0.1 * of_cost["value/mean"], rel=1e-9)

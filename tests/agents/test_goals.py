@@ -44,7 +44,8 @@ def test_told_of_cubes_alone_a_method_does_not_mind_the_robots_part_of_a_goal(bu
     @jax.jit
     def loss_and_actions(batch):
         loss, _ = agent.loss(params, targets, batch, jax.random.key(1))
-        actions = agent.act(params, batch.observations, batch.actor_goals, jax.random.key(2))
+        act = jax.vmap(agent.act, (None, 0, 0, None))
+        actions = act(params, batch.observations, batch.actor_goals, jax.random.key(2))
         return loss, actions
 
     loss, actions = loss_and_actions(batch)
@@ -60,8 +61,9 @@ def test_told_of_cubes_alone_a_method_does_not_mind_the_robots_part_of_a_goal(bu
 def test_told_of_cubes_alone_a_value_does_not_mind_the_robots_part_of_a_goal(build, batch, name):
     agent = build(name, goals="cubes")
     params = jax.jit(agent.init)(jax.random.key(0))
+    value = jax.vmap(agent.state_value, (None, 0, 0))
     values, same, other = (
-        np.asarray(agent.state_values(params, goals.observations, goals.value_goals))
+        np.asarray(value(params, goals.observations, goals.value_goals))
         for goals in (batch, with_other_goals(batch, ROBOT), with_other_goals(batch, CUBE))
     )
     np.testing.assert_array_equal(same, values)

@@ -11,9 +11,10 @@ from pigbench.agents import (
     FlowCloneConfig,
     FlowHierarchyConfig,
     GCIVLConfig,
-    Regularizer,
+    HJBRegularizer,
     Statistics,
 )
+from pigbench.agents.directions import make
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
 
@@ -126,33 +127,33 @@ def test_acts_towards_the_best_candidate_of_each_example(hierarchy, init):
     """Against a loop over examples and candidates; the flow's own samples are tested apart."""
     params = init(jax.random.key(0))
     states, goals = jax.random.normal(jax.random.key(1), (2, 5, 4))
-    key = jax.random.key(2)
-    actions = jax.jit(hierarchy.act)(params, states, goals, key)
+    keys = jax.random.split(jax.random.key(2), 5)
+    actions = jax.jit(jax.vmap(hierarchy.act, (None, 0, 0, 0)))(params, states, goals, keys)
 
     sample = jax.jit(hierarchy.actor.sample, static_argnames="count")
-    candidates = sample(
-        params["high_actor"],
-        observations=states,
-        goals=goals,
-        count=32,
-        key=jax.random.split(key)[0],
-    )
     members = [jax.tree.map(lambda leaf, i=i: leaf[i], params["high_critic"]) for i in range(2)]
     criticise = jax.jit(hierarchy.values.critic.apply)
     for b in range(5):
+        candidates = sample(
+            params["high_actor"],
+            observation=states[b],
+            goal=goals[b],
+            count=32,
+            key=jax.random.split(keys[b])[0],
+        )
         logits = [
             [
                 criticise(
                     member,
                     observations=states[b],
-                    actions=candidates[n, b],
+                    actions=candidates[n],
                     goals=goals[b],
                 ).item()
                 for member in members
             ]
             for n in range(32)
         ]
-        best = candidates[np.argmax(np.min(logits, axis=1)), b]
+        best = candidates[np.argmax(np.min(logits, axis=1))]
         mean = hierarchy.low.policy.apply(
             params["low_policy"], observations=states[b, :3], goals=best
         )
@@ -178,7 +179,7 @@ def test_standardized_the_levels_see_the_datas_own_scale(batch):
     params = jax.jit(agent.init)(jax.random.key(0))
     subgoals = jnp.zeros((8, 3))
     np.testing.assert_allclose(
-        agent.follow(params, states, subgoals, jax.random.key(1)),
+        jax.vmap(agent.follow, (None, 0, 0, None))(params, states, subgoals, jax.random.key(1)),
         jnp.clip(
             agent.low.policy.apply(params["low_policy"], observations=expected, goals=subgoals),
             -1,
@@ -244,7 +245,7 @@ def test_a_value_out_of_range_is_named(field, value, message):
 def test_motion_is_that_of_the_low_level_in_its_own_coordinates(direction, batch):
     """Of the three that it sees, standardised: dx over its length, or over that of ds."""
     deviation = np.array([1.0, 2.0, 4.0, 8.0], np.float32)
-    low = GCIVLConfig(**SMALL, regularizer=Regularizer("hjb", direction=direction))
+    low = GCIVLConfig(**SMALL, regularizer=HJBRegularizer(direction=direction))
     hierarchy = agents.build(
         "h-flow-gcivl",
         FlowHierarchyConfig(low=low, **SMALL),
@@ -254,10 +255,10 @@ def test_motion_is_that_of_the_low_level_in_its_own_coordinates(direction, batch
     moves = (batch.next_observations - batch.observations)[:, :3]
     measured = moves / deviation[:3] if direction == "own" else moves
     expected = moves / deviation[:3] / np.linalg.norm(measured, axis=1, keepdims=True)
-    assert hierarchy.residual_constants.direction == direction
+    assert hierarchy.penalty.direction == direction
     params = jax.jit(hierarchy.init)(jax.random.key(0))
     learner, _, seen = hierarchy.value_learner(params, batch)
-    motion = learner.direction(direction)
+    motion = make(direction, learner.coordinates)
     np.testing.assert_allclose(
         motion(seen.observations, seen.next_observations, epsilon=1e-9), expected, rtol=1e-4
     )

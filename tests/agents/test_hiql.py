@@ -120,7 +120,7 @@ def test_acts_by_the_low_policy_on_the_high_ones_subgoal(build, init):
     )
     subgoals = means / np.sqrt((means**2).mean(axis=-1, keepdims=True))
     expected = agent.low_policy.apply(params["low_policy"], observations=states, goals=subgoals)
-    actions = agent.act(params, states, goals, jax.random.key(1))
+    actions = jax.vmap(agent.act, (None, 0, 0, None))(params, states, goals, jax.random.key(1))
     np.testing.assert_allclose(actions, np.clip(expected, -1, 1), rtol=1e-4, atol=1e-6)
 
 

@@ -23,8 +23,8 @@ class Line(Agent[AgentConfig]):
         loss = 3 * params["w"].sum() - 2 * params["b"] + target_params["w"].sum()
         return loss, {"loss": loss}
 
-    def act(self, params, observations, goals, key):
-        return jnp.zeros((len(observations), self.action_size))
+    def act(self, params, observation, goal, key):
+        return jnp.zeros(self.action_size)
 
 
 @pytest.fixture

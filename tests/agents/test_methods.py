@@ -87,8 +87,13 @@ def build(name: str) -> Method:
     def train(state, count):
         return jax.lax.fori_loop(0, count, update, state)
 
+    @partial(jax.jit, compiler_options=OPTIMIZED)
+    def act(params, states, goals, key):
+        keys = jax.random.split(key, len(states))
+        return jax.vmap(agent.act, (None, 0, 0, 0))(params, states, goals, keys)
+
     create = jax.jit(partial(agents.create, agent))
-    return Method(create(jax.random.key(0)), train, jax.jit(agent.act, compiler_options=OPTIMIZED))
+    return Method(create(jax.random.key(0)), train, act)
 
 
 @pytest.mark.parametrize("name", agents.names())

@@ -6,7 +6,15 @@ from scipy import stats
 from scipy.sparse import csgraph
 
 from pigbench import agents
-from pigbench.agents import Batch, Constraint, QRLConfig
+from pigbench.agents import (
+    AWR,
+    DDPGBC,
+    Batch,
+    EikonalConstraint,
+    HJBConstraint,
+    QRLConfig,
+    TransitionConstraint,
+)
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
 
@@ -45,18 +53,21 @@ def expected_violation(kind, distance, states, next_states, h=1e-6):
 
 
 @pytest.mark.parametrize(
-    ("kind", "actor"), [("transition", "ddpg+bc"), ("eikonal", "awr"), ("hjb", "ddpg+bc")]
+    ("constraint", "actor"),
+    [
+        (TransitionConstraint(margin=0.2), DDPGBC(bc_weight=0.7)),
+        (EikonalConstraint(margin=0.2), AWR(temperature=2.0)),
+        (HJBConstraint(margin=0.2), DDPGBC(bc_weight=0.7)),
+    ],
 )
-def test_the_loss_against_numpy(build, init, batch, float64, kind, actor):
+def test_the_loss_against_numpy(build, init, batch, float64, constraint, actor):
     agent = build(
         "qrl",
         latent_size=16,
-        constraint=Constraint(kind, margin=0.2),
+        constraint=constraint,
         push_offset=3.0,
         push_beta=0.5,
         actor=actor,
-        bc_weight=0.7,
-        temperature=2.0,
     )
     params = init(agent) | {"multiplier": jnp.log(1.7)}
     batch = batch.replace(value_goals=batch.value_goals + 1)  # d has a kink at the goal itself
@@ -71,15 +82,17 @@ def test_the_loss_against_numpy(build, init, batch, float64, kind, actor):
         return np.asarray(agent.dynamics.apply(params["dynamics"], **inputs))
 
     push = np.mean(np.log(1 + np.exp(0.5 * (3.0 - iqe(encode(s), encode(g))))) / 0.5)
-    if kind == "transition":
+    if constraint.kind == "transition":
         violation = np.mean(np.maximum(iqe(encode(s), encode(s_next)) - 1, 0) ** 2)
     else:
-        violation = expected_violation(kind, lambda x: iqe(encode(x), encode(g)), s, s_next)
+        violation = expected_violation(
+            constraint.kind, lambda x: iqe(encode(x), encode(g)), s, s_next
+        )
 
     means = agent.policy.apply(params["policy"], observations=s, goals=batch.actor_goals)
     log_probs = stats.norm.logpdf(batch.actions, loc=means).sum(axis=-1)
     to_goal = encode(batch.actor_goals)
-    if actor == "awr":
+    if actor.kind == "awr":
         advantages = iqe(encode(s), to_goal) - iqe(encode(s_next), to_goal)
         rest = -np.mean(np.minimum(np.exp(2.0 * advantages), 100) * log_probs)
     else:
@@ -98,7 +111,7 @@ def test_the_loss_against_numpy(build, init, batch, float64, kind, actor):
 
 def test_the_multiplier_climbs_while_the_constraint_is_violated(build, init, batch):
     """The slope of its logarithm is lambda (margin - violation)."""
-    agent = build("qrl", latent_size=16, constraint=Constraint(margin=0.1))
+    agent = build("qrl", latent_size=16, constraint=TransitionConstraint(margin=0.1))
     params = init(agent)
 
     def loss(log_multiplier):
@@ -120,8 +133,8 @@ def test_finds_the_shortest_paths_of_a_graph():
         actor_hidden_sizes=(8,),
         value_hidden_sizes=(64,),
         latent_size=64,
-        actor="awr",
-        constraint=Constraint(margin=1e-3),
+        actor=AWR(),
+        constraint=TransitionConstraint(margin=1e-3),
     )
     agent = agents.build("qrl", config, Space(Layout.of({"node": 6}), 1))
     nodes = np.eye(6, dtype=np.float32)
@@ -153,7 +166,6 @@ def test_finds_the_shortest_paths_of_a_graph():
     ("arguments", "message"),
     [
         ({"quasimetric": "ieq"}, "did you mean 'iqe'"),
-        ({"actor": "ddpg"}, r"did you mean 'ddpg\+bc'"),
         ({"latent_size": 12}, "latent_size is 12: it must be a positive multiple of 8"),
         ({"push_beta": 0.0}, "push_beta is 0.0: it must be positive"),
     ],

@@ -3,94 +3,23 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pigbench.agents.networks import Value
-from pigbench.agents.regularizers import (
-    Regularizer,
-    eikonal_residual,
-    gradient_norm,
-    hjb_residual,
-)
+from pigbench.agents import EikonalRegularizer, HJBRegularizer, NoRegularizer
+from pigbench.agents.directions import Coordinates
+from pigbench.agents.residuals import Steps
 from pigbench.errors import UserError
+from pigbench.layout import Layout
+
+PLAIN = Coordinates(Layout.of({"state": 2}), statistics=None)
 
 
-@pytest.fixture
-def float64():
-    with jax.enable_x64(True):
-        yield
-
-
-@pytest.fixture
-def value(float64):
-    """V(., g) of a freshly initialised network in double precision, for a batch of 6 states."""
-    network = Value((32, 32), layer_norm=True)
-    goals = jax.random.normal(jax.random.key(1), (6, 4))
-    params = network.init(jax.random.key(0), observations=goals, goals=goals)
-    params = jax.tree.map(lambda leaf: leaf.astype(jnp.float64), params)
-    return lambda states: network.apply(params, observations=states, goals=goals)
-
-
-def states_and_next():
-    rng = np.random.default_rng(0)
-    states = rng.normal(size=(6, 4))
-    return states, states + 0.1 * rng.normal(size=(6, 4))
-
-
-def slope(value, states, directions, h=1e-5):
-    return (value(states + h * directions) - value(states - h * directions)) / (2 * h)
-
-
-def test_gradient_norm_against_finite_differences(value):
-    states, _ = states_and_next()
-    partials = [slope(value, states, axis) for axis in np.eye(4)]
-    values, norms = gradient_norm(value, states)
-    np.testing.assert_allclose(norms, np.linalg.norm(partials, axis=0), rtol=1e-7)
-    np.testing.assert_array_equal(values, value(states))
-
-
-def test_hjb_residual_against_finite_differences(value):
-    states, next_states = states_and_next()
-    moves = next_states - states
-    directions = moves / (np.linalg.norm(moves, axis=-1, keepdims=True) + 0.05)
-    values, residuals = hjb_residual(value, states, next_states, epsilon=0.05)
-    cost_slopes = -slope(value, states, directions)
-    np.testing.assert_allclose(residuals, (cost_slopes + 1) ** 2, rtol=1e-7)
-    np.testing.assert_allclose(values, value(states), rtol=1e-12)
-
-
-def test_eikonal_residual_by_hand():
-    """V = w . s with |w| = 5: (5 S - 1)^2, whose slope in w is 2 (5 S - 1) S w / 5."""
-    weights = jnp.array([3.0, -4.0])
-
-    def residuals(weights, speed):
-        return eikonal_residual(lambda states: states @ weights, jnp.ones((2, 2)), speed=speed)[1]
-
-    np.testing.assert_allclose(residuals(weights, 1.0), [16.0, 16.0])
-    np.testing.assert_allclose(residuals(weights, jnp.array([0.2, 0.4])), [0.0, 1.0], atol=1e-12)
-    gradient = jax.grad(lambda weights: residuals(weights, 1.0)[0])(weights)
-    np.testing.assert_allclose(gradient, [4.8, -6.4], rtol=1e-6)
-
-
-def test_hjb_residual_by_hand():
-    """V = w . s; a move along the first axis sees w_0 only, whatever its length."""
-    states = jnp.zeros((3, 2))
-    next_states = jnp.array([[0.01, 0.0], [5.0, 0.0], [0.0, -2.0]])
-
-    def residuals(weights):
-        return hjb_residual(lambda states: states @ weights, states, next_states, epsilon=1e-9)[1]
-
-    weights = jnp.array([3.0, 1.0])
-    np.testing.assert_allclose(residuals(weights), [4.0, 4.0, 4.0], rtol=1e-5)
-    np.testing.assert_allclose(
-        jax.jacobian(residuals)(weights), [[4.0, 0.0], [4.0, 0.0], [0.0, 4.0]], rtol=1e-5
-    )
-
-
-@pytest.mark.parametrize("kind", ["eikonal", "hjb"])
-def test_gradients_are_finite_where_nothing_moves_and_the_value_is_flat(kind):
+@pytest.mark.parametrize("regularizer", [EikonalRegularizer(), HJBRegularizer()])
+def test_gradients_are_finite_where_nothing_moves_and_the_value_is_flat(regularizer):
     states = jnp.ones((2, 3))
 
     def loss(weights):
-        return Regularizer(kind)(lambda states: states @ weights, states, states)[1].sum()
+        return regularizer.residuals(lambda states: states @ weights, Steps(states, states, PLAIN))[
+            1
+        ].sum()
 
     residual, gradient = jax.value_and_grad(loss)(jnp.zeros(3))
     assert residual == 2
@@ -99,7 +28,9 @@ def test_gradients_are_finite_where_nothing_moves_and_the_value_is_flat(kind):
 
 def test_no_regularizer_leaves_the_value_alone():
     states = jnp.arange(4.0).reshape(2, 2)
-    values, residuals = Regularizer()(lambda states: states.sum(axis=-1), states, states + 1)
+    values, residuals = NoRegularizer().residuals(
+        lambda states: states.sum(axis=-1), Steps(states, states + 1, PLAIN)
+    )
     np.testing.assert_array_equal(values, [1.0, 5.0])
     np.testing.assert_array_equal(residuals, 0)
 
@@ -109,21 +40,34 @@ def test_constants_reach_the_residual():
     next_states = jnp.array([[3.0, 4.0]])
 
     def residual(regularizer):
-        return regularizer(lambda states: 2 * states[:, 0], states, next_states)[1].item()
+        _, residuals = regularizer.residuals(
+            lambda states: 2 * states[:, 0], Steps(states, next_states, PLAIN)
+        )
+        return residuals.item()
 
-    assert residual(Regularizer("eikonal", speed=2.0)) == pytest.approx((2 * 2 - 1) ** 2)
-    assert residual(Regularizer("hjb", epsilon=5.0)) == pytest.approx((1 - 2 * 0.3) ** 2)
+    assert residual(EikonalRegularizer(speed=2.0)) == pytest.approx((2 * 2 - 1) ** 2)
+    assert residual(HJBRegularizer(epsilon=5.0)) == pytest.approx((1 - 2 * 0.3) ** 2)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("kind", "arguments", "message"),
     [
-        ({"kind": "eikonel"}, "did you mean 'eikonal'"),
-        ({"weight": -1.0}, "weight is -1.0: it must be at least 0"),
-        ({"speed": 0.0}, "speed is 0.0: it must be positive"),
-        ({"epsilon": 0.0}, "epsilon is 0.0: it must be positive"),
+        (EikonalRegularizer, {"weight": -1.0}, "weight is -1.0: it must be at least 0"),
+        (EikonalRegularizer, {"speed": 0.0}, "speed is 0.0: it must be positive"),
+        (HJBRegularizer, {"weight": -1.0}, "weight is -1.0: it must be at least 0"),
+        (HJBRegularizer, {"epsilon": 0.0}, "epsilon is 0.0: it must be positive"),
+        (HJBRegularizer, {"direction": "positon"}, "did you mean 'positions'"),
     ],
 )
-def test_bad_constants_are_named(arguments, message):
+def test_bad_constants_are_named(kind, arguments, message):
     with pytest.raises(UserError, match=message):
-        Regularizer(**arguments)
+        kind(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("kind", "field"),
+    [(NoRegularizer, "weight"), (EikonalRegularizer, "epsilon"), (HJBRegularizer, "speed")],
+)
+def test_a_constant_of_another_kind_is_refused(kind, field):
+    with pytest.raises(TypeError, match=field):
+        kind(**{field: 1.0})

@@ -31,14 +31,14 @@ LAYOUT = Layout.of(
 )
 def test_coordinates_kept_of_ogbenchs_single_cube(name, kept):
     represent = Representation(name, LAYOUT)
-    observations = np.arange(2 * 28).reshape(2, 28)
+    observations = np.arange(2.0 * 28).reshape(2, 28)
     np.testing.assert_array_equal(represent(observations), observations[:, kept])
     assert represent.size == len(kept)
 
 
 def test_its_layout_finds_the_terms_again():
     represent = Representation("joints_contacts", LAYOUT)
-    observations = np.arange(28)
+    observations = np.arange(28.0)
     assert list(represent.layout) == [
         "joint_pos",
         "joint_vel",

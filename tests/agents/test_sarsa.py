@@ -121,3 +121,25 @@ def test_scores_of_many_candidates_are_those_of_each():
             values, params, observations=states[b], actions=candidates[n, b], goals=-states[b]
         )
         np.testing.assert_allclose(scores[n, b], sigmoid(np.array(logits)).min(), rtol=1e-5)
+
+
+def test_the_best_candidate_is_that_of_each_example():
+    """Mapped over three examples, against a loop over examples and candidates."""
+    rng = np.random.default_rng(0)
+    states, goals = rng.normal(size=(2, 3, 4))
+    candidates = rng.normal(size=(3, 5, 2))
+    values = Sarsa((16,), layer_norm=True)
+    params = values.init(
+        jax.random.key(0), observations=states, actions=candidates[:, 0], goals=goals
+    )
+
+    def best(state, goal, drawn):
+        return values.best(params, observation=state, goal=goal, candidates=drawn)
+
+    found = jax.vmap(best)(states, goals, candidates)
+    for b in range(3):
+        scores = [
+            values.score(params, observations=states[b], actions=one, goals=goals[b]).item()
+            for one in candidates[b]
+        ]
+        np.testing.assert_allclose(found[b], candidates[b, np.argmax(scores)], rtol=1e-6)

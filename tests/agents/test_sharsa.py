@@ -88,21 +88,20 @@ def test_acts_by_the_candidate_its_critic_scores_highest(clone):
     agent = clone(6)
     params = agent.init(jax.random.key(0))
     states, goals = jax.random.normal(jax.random.key(1), (2, 5, 4))
-    key = jax.random.key(2)
-    candidates = np.clip(
-        agent.actor.sample(params["actor"], observations=states, goals=goals, count=6, key=key),
-        -1,
-        1,
-    )
-    actions = agent.act(params, states, goals, key)
+    keys = jax.random.split(jax.random.key(2), 5)
+    actions = jax.vmap(agent.act, (None, 0, 0, 0))(params, states, goals, keys)
     for b in range(5):
+        drawn = agent.actor.sample(
+            params["actor"], observation=states[b], goal=goals[b], count=6, key=keys[b]
+        )
+        candidates = np.clip(drawn, -1, 1)
         scores = [
             agent.values.score(
                 params, observations=states[b], actions=candidate, goals=goals[b]
             ).item()
-            for candidate in candidates[:, b]
+            for candidate in candidates
         ]
-        np.testing.assert_allclose(actions[b], candidates[np.argmax(scores), b], rtol=1e-5)
+        np.testing.assert_allclose(actions[b], candidates[np.argmax(scores)], rtol=1e-5)
 
 
 def test_a_value_out_of_range_is_named():

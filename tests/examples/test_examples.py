@@ -49,8 +49,8 @@ def test_values_are_those_of_the_cubes_places(compared, run, tmp_path):
     start = env.reset_to(
         seeds.key(0), jnp.array([[0.55, 0.0, 0.02]]), goal, yaw=jnp.zeros(1), jitter=0.0
     )
-    expected = agent.state_values(state.acting, start.obs[None], start.info["goal"][None])
-    np.testing.assert_allclose(one.values[2, 1], expected[0], rtol=1e-4)
+    expected = agent.state_value(state.acting, start.obs, start.info["goal"])
+    np.testing.assert_allclose(one.values[2, 1], expected, rtol=1e-4)
     assert np.ptp(one.values) > 0
     assert (tmp_path / "values.png").exists()
 

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -101,10 +100,7 @@ class Scripted:
     def __init__(self, layout):
         self.layout = layout
 
-    def act(self, params, observations, goals, key):
-        return jax.vmap(self._act, in_axes=(None, 0, 0))(params, observations, goals)
-
-    def _act(self, bound, observation, goal):
+    def act(self, params, observation, goal, key):
         def position(values, term):
             return metres(values[self.layout[term]])
 
@@ -123,7 +119,7 @@ class Scripted:
             jnp.zeros((), jnp.int32), position(goal, "cube_0_pos"), angle(goal, "cube_0_yaw")
         )
         action = markov.action(situation, target, markov.Pose(target.pos, target.yaw))
-        return action.at[-1].set(jnp.minimum(action[-1], bound))
+        return action.at[-1].set(jnp.minimum(action[-1], params))
 
 
 @pytest.fixture

@@ -6,20 +6,21 @@ import pytest
 
 from pigbench.agents import (
     GCIVL,
+    EikonalRegularizer,
     FlowHierarchy,
     FlowHierarchyConfig,
     GoalMixture,
-    Regularizer,
+    HJBRegularizer,
     Sampling,
     Statistics,
 )
-from pigbench.agents.directions import Direction
-from pigbench.agents.regularizers import OWN
+from pigbench.agents.directions import Coordinates
 from pigbench.analysis.residuals import by_mode, measure
 from pigbench.data.sampler import Rows
 from pigbench.layout import Layout, Space
 
-CONSTANTS = Regularizer(speed=2.0, epsilon=1e-9, direction="raw")
+EIKONAL = EikonalRegularizer(speed=2.0)
+RAW = HJBRegularizer(epsilon=1e-9, direction="raw")
 LAYOUT = Layout.of({"effector_pos": 3, "gripper_contact": 1, "cube_0_pos": 3})
 SLOPES = np.array([0.0, 3.0, 0.0, 0.0, 4.0, 0.0, 0.0])
 STEP = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -35,19 +36,15 @@ class Linear:
         discount=0.9,
     )
 
-    def __init__(self, motion=OWN, constants=CONSTANTS):
-        self.motion = motion
-        self.residual_constants = constants
-
-    def direction(self, name):
-        assert name == self.residual_constants.direction
-        return self.motion
+    def __init__(self, penalty, units=1.0):
+        self.penalty = penalty
+        self.coordinates = Coordinates(LAYOUT, statistics=None, units=units)
 
     def value_learner(self, params, batch):
         return self, params, batch
 
-    def state_values(self, params, observations, goals):
-        return (observations - goals) @ params
+    def state_value(self, params, observation, goal):
+        return (observation - goal) @ params
 
 
 class Sum(GCIVL):
@@ -59,8 +56,8 @@ class Sum(GCIVL):
         discount=0.9,
     )
 
-    def state_values(self, params, observations, goals):
-        return (observations - (observations - goals) ** 2 / 2).sum(axis=-1)
+    def state_value(self, params, observation, goal):
+        return (observation - (observation - goal) ** 2 / 2).sum()
 
 
 @pytest.fixture
@@ -76,20 +73,22 @@ def rows() -> Rows:
 
 def test_residuals_of_a_linear_value(rows):
     """Norm 5; of its square 9 parts in 25 along the robot; the slope along the motion by hand."""
-    modes, residuals = measure(Linear(), SLOPES, rows, samples=300, seed=0)
+    modes, residuals = measure(Linear(EIKONAL), SLOPES, rows, samples=300, seed=0)
     assert set(modes) == {"free", "holding"}
     np.testing.assert_allclose(residuals.gradient, 5.0, rtol=1e-6)
     np.testing.assert_allclose(residuals.eikonal, (2 * 5 - 1) ** 2, rtol=1e-6)
     np.testing.assert_allclose(residuals.robot, 9 / 25, rtol=1e-6)
     np.testing.assert_allclose(residuals.object, 16 / 25, rtol=1e-6)
+    _, residuals = measure(Linear(RAW), SLOPES, rows, samples=300, seed=0)
+    np.testing.assert_allclose(residuals.eikonal, (5 - 1) ** 2, rtol=1e-6)
     # Robot and cube both move by 0.5 in y: u = (0, 1, 0, 0, 0, 1, 0) / sqrt(2), slope 3 / sqrt(2).
     np.testing.assert_allclose(residuals.hjb, (1 - 3 / np.sqrt(2)) ** 2, rtol=1e-4)
 
 
 def test_motion_is_measured_in_what_the_agent_measures_it_in(rows):
-    """Only the robot counts: u = (0, 1, 0, ...), slope 3."""
-    robot = Direction(moving=np.array([1, 1, 1, 0, 0, 0, 0]))
-    _, residuals = measure(Linear(robot), SLOPES, rows, samples=300, seed=0)
+    """In units in which only the robot moves, by 0.5: u = (0, 1, 0, 0, 0, 1, 0), slope 3."""
+    robot = np.array([1, 1, 1, 0, 0, 0, 0])
+    _, residuals = measure(Linear(RAW, units=robot), SLOPES, rows, samples=300, seed=0)
     np.testing.assert_allclose(residuals.hjb, (1 - 3) ** 2, rtol=1e-4)
 
 
@@ -107,7 +106,7 @@ def test_a_hierarchy_is_measured_as_its_low_level_is_trained(rows):
 
 
 def test_a_value_that_is_flat_has_no_shares(rows):
-    modes, residuals = measure(Linear(), np.zeros(7), rows, samples=10, seed=0)
+    modes, residuals = measure(Linear(RAW), np.zeros(7), rows, samples=10, seed=0)
     np.testing.assert_allclose(residuals.eikonal, 1.0)
     assert np.isnan(residuals.object).all()
     assert all(len(values) == 0 for values in by_mode(modes, residuals.object).values())

@@ -36,9 +36,9 @@ class Noisy:
     def __init__(self, policy):
         self.policy = policy
 
-    def act(self, params, observations, goals, key):
-        noise = 0.5 * jax.random.normal(key, (len(observations), 5))
-        return jnp.clip(self.policy.act(params, observations, goals, key) + noise, -1, 1)
+    def act(self, params, observation, goal, key):
+        noise = 0.5 * jax.random.normal(key, (5,))
+        return jnp.clip(self.policy.act(params, observation, goal, key) + noise, -1, 1)
 
 
 def test_the_same_noisy_policy_ends_alike_in_both_simulators(scripted):

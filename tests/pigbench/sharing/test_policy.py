@@ -80,7 +80,7 @@ def test_the_readmes_lines_act_alike_to_the_bit_without_pigbench(run, exported):
     )
     assert done.returncode == 0, done.stderr
     trained = restore(run, checkpoint="2")
-    act = jax.jit(trained.agent.act)
+    act = jax.jit(policy.batched(trained.agent))
     for number, pair in enumerate(pairs):
         there = np.load(exported.parent / f"actions-{number}.npy")
         here = np.asarray(act(trained.state.acting, *pair, jax.random.key(0)))

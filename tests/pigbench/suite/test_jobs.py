@@ -1,6 +1,7 @@
 from pathlib import Path
 
 from pigbench import cli
+from pigbench.agents import HJBRegularizer
 from pigbench.suite import jobs, spec
 
 OUT = Path("out")
@@ -61,7 +62,7 @@ def test_overrides_of_every_kind_reach_the_configuration(write):
         'goals = "cubes"\n'
         "actor_hidden_sizes = [8, 4]\n"
         'low_level_representation = "proprio"\n'
-        "low = {regularizer = {weight = 0.5}, layer_norm = true}\n"
+        'low = {regularizer = {kind = "hjb", weight = 0.5}, layer_norm = true}\n'
     )
     text = write().read_text().replace('"gcivl", ', "")
     suite = spec.read(write(text + variant))
@@ -72,4 +73,4 @@ def test_overrides_of_every_kind_reach_the_configuration(write):
     assert not command.agent.layer_norm
     assert command.agent.goals == "cubes"
     assert command.agent.low.layer_norm
-    assert command.agent.low.regularizer.weight == 0.5
+    assert command.agent.low.regularizer == HJBRegularizer(weight=0.5)

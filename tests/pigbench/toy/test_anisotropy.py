@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from pigbench.agents.regularizers import eikonal_residual, hjb_residual
+from pigbench.agents.residuals import eikonal_residual, hjb_residual
 from pigbench.toy.anisotropy import ANISOTROPY, RATIOS, mode
 
 STATES = np.array([[0.5, -0.3], [-0.7, 0.2], [0.1, 0.9], [-0.6, 0.0], [0.0, 0.8]])

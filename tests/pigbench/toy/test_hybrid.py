@@ -3,7 +3,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from pigbench.agents.regularizers import eikonal_residual, hjb_residual
+from pigbench.agents.residuals import eikonal_residual, hjb_residual
 from pigbench.toy.hybrid import HYBRID
 
 FREE, HOLDING = HYBRID.fits[0]

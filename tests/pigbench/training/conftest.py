@@ -16,8 +16,8 @@ FAR = Task("far", ((0.4, 0.2),), ((0.4, -0.2),))
 class Drawn:
     """An agent whose actions are random."""
 
-    def act(self, params, observations, goals, key):
-        return jax.random.uniform(key, (len(observations), 5), minval=-1, maxval=1)
+    def act(self, params, observation, goal, key):
+        return jax.random.uniform(key, (5,), minval=-1, maxval=1)
 
 
 @pytest.fixture

@@ -115,6 +115,44 @@ def test_fields_that_an_old_run_lacks_are_what_they_were_whatever_they_are_by_de
     )
 
 
+OLD = {"kind": "hjb", "weight": 0.5, "speed": 1.0, "epsilon": 1e-6, "direction": "raw"}
+"""A regulariser as stored when all kinds had the same fields."""
+
+
+@pytest.fixture
+def old_run(tmp_path, config):
+    """`old_run(**fields)`: a run of GCIVL with the regulariser `OLD` but for these fields."""
+
+    def old_run(**fields):
+        agent = dataclasses.asdict(agents.get("gcivl").config)
+        stored = dataclasses.replace(
+            config, method="gcivl", agent=agent | {"regularizer": OLD | fields}
+        )
+        return runs.open_run(tmp_path, stored, {}, STATISTICS)
+
+    return old_run
+
+
+def test_a_run_of_before_kinds_had_their_own_fields_is_read_and_taken_up_again(old_run):
+    """The kind need not be the method's own."""
+    run = old_run()
+    expected = agents.GCIVLConfig(regularizer=agents.HJBRegularizer(weight=0.5, direction="raw"))
+    assert runs.agent_config(runs.read_run(run.path)) == expected
+    now = dataclasses.replace(run.config, agent=dataclasses.asdict(expected))
+    resumed = runs.open_run(run.path, now, {}, STATISTICS).config
+    assert resumed.agent["regularizer"] == now.agent["regularizer"]
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "says"),
+    [("speed", 2.0, "speed"), ("direction", "rwa", "did you mean 'raw'"), ("kind", "hbj", "hbj")],
+)
+def test_a_field_that_its_kind_lacks_is_refused(old_run, field, value, says):
+    run = runs.read_run(old_run(**{field: value}).path)
+    with pytest.raises(UserError, match=says):
+        runs.agent_config(run)
+
+
 def test_a_folder_of_something_else_is_left_alone(tmp_path, config, data):
     before = set(data.iterdir())
     with pytest.raises(UserError, match="holds no run; choose another"):

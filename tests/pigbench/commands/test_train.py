@@ -1,0 +1,55 @@
+import pytest
+
+from pigbench import cli
+from pigbench.agents import AWR, EikonalRegularizer, HJBConstraint, HJBRegularizer
+from pigbench.errors import UserError
+
+
+def agent(arguments: str):
+    name, *more = arguments.split()
+    return cli.parse(["train", name, "--data", "d", "--out", "o", *more]).agent
+
+
+@pytest.mark.parametrize(
+    ("arguments", "option", "expected"),
+    [
+        (
+            "hjb-gcivl --agent.regularizer.weight 0.1 --agent.regularizer.direction raw",
+            "regularizer",
+            HJBRegularizer(weight=0.1, direction="raw"),
+        ),
+        (
+            "gcivl --agent.regularizer.kind eikonal --agent.regularizer.speed 2",
+            "regularizer",
+            EikonalRegularizer(speed=2.0),
+        ),
+        (
+            "hjb-qrl --agent.constraint.kind hjb --agent.constraint.margin 0.2",
+            "constraint",
+            HJBConstraint(margin=0.2),
+        ),
+        ("qrl --agent.actor.temperature 5 --agent.actor.kind=awr", "actor", AWR(temperature=5.0)),
+    ],
+)
+def test_an_option_has_the_constants_of_its_kind(arguments, option, expected):
+    assert getattr(agent(arguments), option) == expected
+
+
+def test_kinds_are_chosen_at_each_level():
+    low = agent("h-flow-gcivl --agent.low.regularizer.kind hjb --agent.low.expectile 0.7").low
+    assert (low.regularizer, low.expectile) == (HJBRegularizer(), 0.7)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ("gcivl --agent.regularizer.weight 0.1", "Unrecognized options"),
+        ("hjb-gcivl --agent.regularizer.speed 2", "Unrecognized options"),
+        ("qrl --agent.actor.kind awr --agent.actor.bc-weight 1", "Unrecognized options"),
+        ("gcivl --agent.regularizer.kind eikonel", "unknown regularizer 'eikonel': did you mean"),
+        ("gcivl --agent.regularizer.kind", "kind"),
+    ],
+)
+def test_constants_of_another_kind_are_refused(arguments, says):
+    with pytest.raises(UserError, match=says):
+        agent(arguments)
