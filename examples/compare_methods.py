@@ -17,7 +17,7 @@ from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.report import plots, stats, tables
 from pigbench.support import files
-from pigbench.training.evaluate import Evaluation
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.run import read_run
 
 

@@ -24,7 +24,7 @@ from pigbench.envs.units import metres
 from pigbench.layout import Layout
 from pigbench.report import stats, tables
 from pigbench.support import files
-from pigbench.training.evaluate import Evaluation
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.run import read_run
 
 ENVIRONMENT = "cube-centre"

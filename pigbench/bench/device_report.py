@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
-
-from matplotlib.artist import Artist
+from typing import TYPE_CHECKING, Any
 
 from pigbench.bench.budget import FAILED, RATE, SKIPPED
-from pigbench.report import canvas, styles
+from pigbench.report import styles
 from pigbench.report.formats import markdown_grid
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
 
 Entry = Mapping[str, Any]
 """A row's labels and its measurements, or the reason for having none."""
@@ -103,6 +104,8 @@ def _text(value: object) -> str:
 
 def draw(entries: Sequence[Entry], path: Path) -> None:
     """Plot control steps per second over simulations into the file `path`, if there are any."""
+    from pigbench.report import canvas  # imports Matplotlib, which takes long
+
     done = [entry for entry in entries if entry["what"] == "steps" and _done(entry)]
     curves: dict[tuple[str, str], list[Entry]] = {}
     for entry in done:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from pigbench import envs
 from pigbench.bench import simulation
 from pigbench.bench.timing import Contender, Timing
-from pigbench.report import canvas, styles
+from pigbench.report import styles
 
 _PANEL = 3.2, 2.4  # inches
 
@@ -57,6 +57,8 @@ def draw(
     path: Path,
 ) -> None:
     """Plot control steps per second over simulations and over cubes into the file `path`."""
+    from pigbench.report import canvas  # imports Matplotlib, which takes long
+
     with canvas.look():
         figure, panels = canvas.grid(1, 2, panel=_PANEL, legend=[])
         left, right = panels[0]

@@ -8,7 +8,6 @@ import tyro
 
 from pigbench import envs
 from pigbench.agents.residuals import HJB
-from pigbench.analysis import figure
 from pigbench.analysis.modes import MODES
 from pigbench.analysis.residuals import Residuals, by_mode, equation, measure
 from pigbench.data import dataset
@@ -59,6 +58,8 @@ class Analyze:
 
     def run(self) -> None:
         """Measure, print the table, and draw the figure."""
+        from pigbench.analysis import figure  # imports Matplotlib, which takes long
+
         require(self, lambda x: x >= 1, "at least 1", "samples")
         out = self.out or self.run_folder / "analysis"
         files.require_folder(out)

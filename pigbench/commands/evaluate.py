@@ -13,7 +13,8 @@ from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 from pigbench.training import episodes
-from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
+from pigbench.training.evaluate import as_episodes, make_evaluator
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.restore import Trained, restore
 from pigbench.training.run import read_run
 

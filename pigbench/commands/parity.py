@@ -17,7 +17,7 @@ from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.progress import Progress
 from pigbench.training import provenance
-from pigbench.training.evaluate import Evaluation
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.restore import restore
 
 _EPISODE_LENGTH = EPISODE_ROWS - 1  # control steps

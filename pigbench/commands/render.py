@@ -16,7 +16,7 @@ from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
 from pigbench.training import films
-from pigbench.training.evaluate import Evaluation
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.films import Shot
 from pigbench.training.recording import make_recorder
 from pigbench.training.restore import restore

@@ -10,7 +10,6 @@ from pigbench.bench import footprint, scaling
 from pigbench.bench.scaling import Point
 from pigbench.bench.turns import Turns, save, take_turns
 from pigbench.errors import UserError
-from pigbench.report import canvas
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files, memory
 
@@ -42,6 +41,8 @@ class Scale:
 
     def run(self) -> None:
         """Measure, print a table and draw a plot."""
+        from pigbench.report import canvas  # imports Matplotlib, which takes long
+
         canvas.check_path(self.out)
         files.require_files(self.json)
         _check(*self.simulations, self.batch)

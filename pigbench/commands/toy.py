@@ -5,12 +5,11 @@ from pathlib import Path
 
 from pigbench import devices
 from pigbench.errors import lookup, require
-from pigbench.report import canvas
 from pigbench.seeds import Seed, check
 from pigbench.support import files
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
-from pigbench.toy import EXAMPLES, errors, figures
+from pigbench.toy import EXAMPLES, errors
 from pigbench.toy.fit import LOSSES, Settings
 from pigbench.toy.study import study
 from pigbench.training.provenance import surroundings
@@ -42,6 +41,9 @@ class Toy:
 
     def run(self) -> None:
         """Fit, print the table and write the files."""
+        from pigbench.report import canvas  # these import Matplotlib, which takes long
+        from pigbench.toy import figures
+
         devices.backend()  # raises before a folder is made
         example = EXAMPLES[self.example]
         with only_writer(self.out):

@@ -22,11 +22,11 @@ from pigbench.errors import UserError, lookup
 from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.lock import only_writer
-from pigbench.training.evaluate import Evaluation
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.provenance import provenance
 from pigbench.training.run import Keep, Run, RunConfig, common_step, open_run, resume
+from pigbench.training.schedule import Schedule
 from pigbench.training.sharding import Sharding
-from pigbench.training.train import Schedule, train
 
 
 @dataclasses.dataclass(frozen=True)
@@ -108,6 +108,8 @@ class Train:
 
     def run(self) -> None:
         """Train to the end, continuing an earlier run that was interrupted."""
+        from pigbench.training.train import train  # imports Orbax, which takes long
+
         if self.films:
             opengl.choose()
         groups = self._groups()

@@ -6,13 +6,13 @@ from typing import NamedTuple
 import jax
 import numpy as np
 from jaxtyping import Bool
-from scipy import stats
 
 from pigbench import envs
 from pigbench.agents import Agent, Params
 from pigbench.fidelity import peer
 from pigbench.training import evaluate
-from pigbench.training.evaluate import Evaluation, Report, make_evaluator
+from pigbench.training.evaluate import Report, make_evaluator
+from pigbench.training.evaluation import Evaluation
 
 
 class Successes(NamedTuple):
@@ -69,6 +69,8 @@ def simulate(
 
 def compare(successes: Successes) -> PairCounts:
     """The counts and the p-value of McNemar's exact test."""
+    from scipy import stats  # takes long
+
     ours, theirs = successes
     only_ours, only_theirs = int((ours & ~theirs).sum()), int((theirs & ~ours).sum())
     unlike = only_ours + only_theirs

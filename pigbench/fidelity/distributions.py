@@ -7,7 +7,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Key, Shaped
-from scipy import stats
 
 from pigbench import envs, seeds
 from pigbench.data import collect
@@ -98,6 +97,8 @@ def compare(
 
     Episodes in which a quantity has no value, such as a sub-task that never ends, do not count.
     """
+    from scipy import stats  # takes long
+
     comparisons = {}
     for name, quantity in QUANTITIES.items():
         one, other = (

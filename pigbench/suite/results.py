@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Iterable
 from pathlib import Path
 
-from pigbench.report import order, plots, stats, tables
+from pigbench.report import order, stats, tables
 from pigbench.report.stats import Result
 from pigbench.suite.spec import Suite
 from pigbench.suite.status import DONE, status
@@ -19,6 +19,8 @@ def write(suite: Suite, out: Path) -> bool:
     runs = [out / one.cell.name for one in status(suite, out) if one.state == DONE]
     if not runs:
         return False
+    from pigbench.report import plots  # imports Matplotlib, which takes long
+
     results = stats.read_results(read_run(run) for run in runs)
     telling = tables.telling(results)
     made = [tables.TABLES[name](results, order=order.registered()) for name in telling]

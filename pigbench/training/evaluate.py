@@ -1,7 +1,6 @@
 """Evaluation of a policy: all tasks and episodes in one vectorised rollout."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -13,29 +12,13 @@ from jaxtyping import Array, Float, Int, Key, Shaped
 from pigbench import envs, seeds
 from pigbench.agents import Agent, Params
 from pigbench.envs.physics import PhysicsState, warn_of_overflow
-from pigbench.errors import require
-from pigbench.seeds import Seed
 from pigbench.support import memory
 from pigbench.training import milestones
 from pigbench.training.episodes import Episode
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.measures import MEASURES, Value
 
 _REPORT_EVERY = 50  # control steps
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """How a policy is evaluated."""
-
-    episodes: int = 10
-    """Episodes per task."""
-    seed: Seed = 0
-    """Seed of the scenes and of the policy's random draws."""
-
-    def __post_init__(self) -> None:
-        require(self, lambda x: x >= 1, "at least 1", "episodes")
-        seeds.check(self.seed)
-        memory.require_for(self.episodes)  # for one task; `begin` checks for all
 
 
 Outcome = Mapping[str, Shaped[np.ndarray, "tasks episodes"]]  # by measure of `milestones`

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pigbench import envs
 from pigbench.agents import Agent, Params, TrainState
 from pigbench.support.progress import Progress
-from pigbench.training.evaluate import Evaluation, Outcome, Report, as_episodes, make_evaluator
+from pigbench.training.evaluate import Outcome, Report, as_episodes, make_evaluator
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.films import film
 from pigbench.training.ledger import Ledger
 from pigbench.training.measures import BRIEF

@@ -12,7 +12,8 @@ from pigbench import envs
 from pigbench.agents import Agent, Params
 from pigbench.envs.physics import PhysicsState
 from pigbench.training import evaluate
-from pigbench.training.evaluate import Evaluation, Outcome, Report, Rollout
+from pigbench.training.evaluate import Outcome, Report, Rollout
+from pigbench.training.evaluation import Evaluation
 
 _CHUNK = 50  # control steps between two reports
 

@@ -10,7 +10,6 @@ from pigbench import agents, envs
 from pigbench.agents import Agent, TrainState
 from pigbench.errors import UserError
 from pigbench.training import episodes
-from pigbench.training.checkpoints import Checkpoints
 from pigbench.training.run import Run, agent_config, read_run, read_statistics
 
 
@@ -36,6 +35,8 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
     agent = agents.build(
         run.config.method, agent_config(run), env.space, statistics=read_statistics(run)
     )
+    from pigbench.training.checkpoints import Checkpoints  # imports Orbax, which takes long
+
     with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
         step = _step(run, sorted(checkpoints.steps()), checkpoint)
         state = checkpoints.restore(agents.create(agent, jax.random.key(0)), step)

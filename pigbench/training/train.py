@@ -6,23 +6,22 @@ that was killed and restarted ends with bitwise the same parameters as one that 
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import jax
 
 from pigbench import agents, envs, seeds
 from pigbench.agents import Agent, TrainState
 from pigbench.data.sampler import Rows
-from pigbench.errors import require
 from pigbench.support.progress import Progress
 from pigbench.trackers import Tracker
 from pigbench.training import batches, episodes
 from pigbench.training.checkpoints import Checkpoints, Kept, last_two
-from pigbench.training.evaluate import Evaluation
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.examination import Examination
 from pigbench.training.films import keep_films
 from pigbench.training.ledger import Ledger
 from pigbench.training.run import Keep, Run, common_step
+from pigbench.training.schedule import Schedule
 from pigbench.training.sharding import Sharding
 from pigbench.training.updates import ONE_DEVICE, join, make_updates, split
 
@@ -31,27 +30,6 @@ _KEPT: Mapping[Keep, Callable[[Run], Kept]] = {
     "best": lambda run: lambda steps: {*last_two(steps), _best_step(run)},
     "all": lambda run: lambda steps: steps,
 }
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """How long to train, and how often to log, and to evaluate and save, all in updates."""
-
-    steps: int = 100_000
-    log_every: int = 500
-    evaluate_every: int = 5_000
-
-    def __post_init__(self) -> None:
-        require(self, lambda x: x >= 1, "at least 1", *vars(self))
-
-    def next_stop(self, step: int) -> int:
-        """The first step after `step` at which there is something to do."""
-        ends = (every * (step // every + 1) for every in (self.log_every, self.evaluate_every))
-        return min(*ends, self.steps)
-
-    def evaluates(self, step: int) -> bool:
-        """Whether there is an evaluation after that step."""
-        return step % self.evaluate_every == 0 or step == self.steps
 
 
 def train(

@@ -125,7 +125,9 @@ def test_every_command_runs(folder):
 def test_the_python_of_the_readme_trains_and_evaluates(tmp_path):
     (script,) = blocks(ROOT / "README.md", "python")
     for shown, small in {
-        "import episodes\n": "import episodes\nfrom pigbench.training.evaluate import Evaluation\n",
+        "import episodes\n": (
+            "import episodes\nfrom pigbench.training.evaluation import Evaluation\n"
+        ),
         "episodes=200": "episodes=1, validation_episodes=0, episode_length=21",
         "steps=16_000": "steps=4, evaluation=Evaluation(1)",
         "== 16_000": "== 4",

@@ -7,7 +7,7 @@ import pytest
 from pigbench import cli, seeds
 from pigbench.errors import UserError
 from pigbench.suite import spec
-from pigbench.training.evaluate import Evaluation
+from pigbench.training.evaluation import Evaluation
 
 NONE = (-1, 2**32, 2**40)  # modulo 2^32, two of them are 2^32 - 1 and 0
 COMMANDS = {

@@ -9,7 +9,7 @@ from pigbench import envs
 from pigbench.envs.environment import CubeEnv
 from pigbench.fidelity import closed_loop, peer
 from pigbench.fidelity.closed_loop import Successes
-from pigbench.training.evaluate import Evaluation
+from pigbench.training.evaluation import Evaluation
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,8 @@ import pytest
 from pigbench import agents
 from pigbench.errors import UserError
 from pigbench.training import evaluate
-from pigbench.training.evaluate import Evaluation, as_episodes, make_evaluator
+from pigbench.training.evaluate import as_episodes, make_evaluator
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.measures import MEASURES
 
 

@@ -15,7 +15,8 @@ from pigbench.envs.environment import CubeEnv
 from pigbench.errors import UserError
 from pigbench.report import stats, tables
 from pigbench.training import episodes, measures, milestones
-from pigbench.training.evaluate import Evaluation, make_evaluator
+from pigbench.training.evaluate import make_evaluator
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.measures import MEASURES, Fold
 from pigbench.training.milestones import FOLDINGS, Moment
 

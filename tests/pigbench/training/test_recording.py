@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pigbench.training import recording as module
-from pigbench.training.evaluate import Evaluation, make_evaluator
+from pigbench.training.evaluate import make_evaluator
+from pigbench.training.evaluation import Evaluation
 from pigbench.training.recording import make_recorder
 
 

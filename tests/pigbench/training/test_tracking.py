@@ -12,8 +12,9 @@ from pigbench.report.stats import Result
 from pigbench.trackers import Tracker
 from pigbench.training import episodes, metrics
 from pigbench.training import run as runs
-from pigbench.training.evaluate import Evaluation
-from pigbench.training.train import Schedule, train
+from pigbench.training.evaluation import Evaluation
+from pigbench.training.schedule import Schedule
+from pigbench.training.train import train
 
 
 class Told(Tracker):

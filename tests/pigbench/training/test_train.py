@@ -24,7 +24,7 @@ from pigbench.training import episodes
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import Trained, restore
 from pigbench.training.run import read_run
-from pigbench.training.train import Schedule
+from pigbench.training.schedule import Schedule
 from pigbench.training.updates import make_updates
 
 STEPS = 600
