@@ -110,7 +110,7 @@ class Agent(abc.ABC, Generic[Config]):
         return self._represent_goals(states) if self._represent_goals else states
 
     @property
-    def inputs(self) -> dict[str, Float[Array, "_"]]:
+    def inputs(self) -> dict[str, Any]:
         """Zeros for the inputs of a network of s and g, from which it learns their sizes."""
         return {
             "observations": jnp.zeros(self.observation_size),
@@ -118,7 +118,7 @@ class Agent(abc.ABC, Generic[Config]):
         }
 
     @property
-    def critic_inputs(self) -> dict[str, Float[Array, "_"]]:
+    def critic_inputs(self) -> dict[str, Any]:
         """The same of a network of s, a and g."""
         return self.inputs | {"actions": jnp.zeros(self.action_size)}
 

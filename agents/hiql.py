@@ -7,7 +7,7 @@ value's own representation of goals, and the low-level one acts towards it.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 import flax.linen as nn
 import jax
@@ -124,7 +124,9 @@ class HIQL(Agent[HIQLConfig]):
     def init(self, key: PRNGKeyArray) -> Params:
         """Parameters of "representation", "value" (stacked), "high_policy" and "low_policy"."""
         keys = jax.random.split(key, 4)
-        represented = self.inputs | {"goals": jnp.zeros(self.config.representation_size)}
+        represented: dict[str, Any] = self.inputs | {
+            "goals": jnp.zeros(self.config.representation_size)
+        }
         return {
             "representation": self.representation.init(keys[0], **self.inputs),
             "value": init_ensemble(self.value, keys[1], self.members, **represented),

@@ -138,20 +138,18 @@ class Policy(nn.Module):
 
 
 def apply(
-    network: nn.Module, params: PyTree, *, method: str = "__call__", **inputs: Float[Array, "..."]
+    network: nn.Module, params: PyTree, *, method: str = "__call__", **inputs: Any
 ) -> Float[Array, "..."]:
     """The output of a network's method that has one."""
     return cast(Array, network.apply(params, method=method, **inputs))
 
 
-def init_ensemble(
-    network: nn.Module, key: PRNGKeyArray, members: int, **inputs: Float[Array, "..."]
-) -> PyTree:
+def init_ensemble(network: nn.Module, key: PRNGKeyArray, members: int, **inputs: Any) -> PyTree:
     """The parameters of `members` independent copies of `network`, stacked."""
     return jax.vmap(lambda key: network.init(key, **inputs))(jax.random.split(key, members))
 
 
-def apply_ensemble(network: nn.Module, ensemble: PyTree, **inputs: Float[Array, "..."]) -> Any:
+def apply_ensemble(network: nn.Module, ensemble: PyTree, **inputs: Any) -> Any:
     """Each member's output for the same inputs, stacked along a new leading axis."""
     return jax.vmap(lambda member: network.apply(member, **inputs))(ensemble)
 
