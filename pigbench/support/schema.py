@@ -3,11 +3,11 @@
 import functools
 import reprlib
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields, is_dataclass
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar, get_args, get_type_hints
 
 import pydantic
-from pydantic_core import ErrorDetails, core_schema
+from pydantic_core import ErrorDetails
 
 from pigbench.errors import UserError
 
@@ -39,39 +39,8 @@ def fill(template: T, values: Any, what: str) -> T:
     return read(type(template), _merged(template, values, what), what)
 
 
-class _ByKind:
-    """See `BY_KIND`."""
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: pydantic.GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
-        known = {field.name: field.default for kind in get_args(source) for field in fields(kind)}
-        own = {
-            kind.__dataclass_fields__["kind"].default: {field.name for field in fields(kind)}
-            for kind in get_args(source)
-        }
-
-        def without_others(values: Any) -> Any:
-            if not isinstance(values, Mapping) or values.get("kind") not in own:
-                return values
-            return {
-                name: value
-                for name, value in values.items()
-                if name in own[values["kind"]] or known.get(name, MISSING) != value
-            }
-
-        union = Annotated[source, pydantic.Field(discriminator="kind")]
-        return core_schema.no_info_before_validator_function(
-            without_others, handler.generate_schema(union)
-        )
-
-
-BY_KIND = _ByKind()
-"""Annotates a union of dataclasses that differ in the default of their `Literal` field `kind`.
-
-Values may have fields of the other kinds with their defaults, as in files from when all kinds were
-one dataclass.
-"""
+BY_KIND = pydantic.Field(discriminator="kind")
+"""Annotates a union of dataclasses that differ in the default of their `Literal` field `kind`."""
 
 
 @functools.cache

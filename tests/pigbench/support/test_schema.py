@@ -59,11 +59,6 @@ class Drawing:
             {"origin": {"x": 0}, "shape": {"kind": "square", "corner": {"x": 7}}},
             Drawing(Point(0), Square(corner=Point(7))),
         ),
-        # As from when there was one class of shapes: what others have, at their defaults.
-        (
-            {"origin": {"x": 0}, "shape": {"kind": "circle", "side": 2, "radius": 8}},
-            Drawing(Point(0), Circle(radius=8)),
-        ),
     ],
 )
 def test_read(values, drawing):
@@ -101,7 +96,7 @@ def test_a_template_is_filled_whatever_the_classes_of_its_parts():
     assert schema.fill(template, values, "d.json") == Drawing(
         Named(1, 9, "here"), Square(side=3, corner=Point(8, 5))
     )
-    other = {"shape": {"kind": "circle", "radius": 6, "side": 2}}
+    other = {"shape": {"kind": "circle", "radius": 6}}
     assert schema.fill(template, other, "d.json") == replace(template, shape=Circle(radius=6))
     with pytest.raises(UserError, match=r"^d.json: origin: nam: there is no such field$"):
         schema.fill(template, {"origin": {"nam": "there"}}, "d.json")
