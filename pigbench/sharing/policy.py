@@ -107,7 +107,7 @@ def batched(agent: Agent) -> Callable[[Params, jax.Array, jax.Array, jax.Array],
     """The agent's policy on a batch, each of whose examples has draws of its own from one key."""
 
     def act(params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array) -> jax.Array:
-        keys = jax.vmap(jax.random.fold_in, (None, 0))(key, jnp.arange(len(observations)))
+        keys = jax.vmap(jax.random.fold_in, (None, 0))(key, jnp.arange(observations.shape[0]))
         return jax.vmap(agent.act, (None, 0, 0, 0))(params, observations, goals, keys)
 
     return act
