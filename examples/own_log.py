@@ -16,7 +16,7 @@ import tyro
 from scipy.spatial.transform import Rotation
 
 from pigbench import agents
-from pigbench.commands.data import Import
+from pigbench.commands.data import DataImport
 from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.data import dataset
@@ -90,7 +90,7 @@ class Example:
         """Write logs, import them, train, and report."""
         data, run = self.out / "data", self.out / self.method
         logs = self.logs or self._simulated()
-        Import((logs,), environment=ENVIRONMENT, out=data, format="log").run()
+        DataImport((logs,), environment=ENVIRONMENT, out=data, format="log").run()
         Train(
             self.method,
             data=data,

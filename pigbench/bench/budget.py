@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-Result = Mapping[str, Any]
+RowResult = Mapping[str, Any]
 """The measurements, or the reason for having none, under `FAILED` or `SKIPPED`."""
 
 FAILED, SKIPPED = "failed", "skipped"
@@ -38,7 +38,7 @@ class Row:
     series: str
     size: int
     labels: Mapping[str, Any]
-    measure: Callable[[], Result]
+    measure: Callable[[], RowResult]
     seconds: float
 
     @property
@@ -49,12 +49,12 @@ class Row:
 
 def run(
     rows: Sequence[Row],
-    results: dict[str, Result],
+    results: dict[str, RowResult],
     *,
     deadline: float,
     keep: Callable[[], object],
     alive: Callable[[], bool] = lambda: True,
-    report: Callable[[Row, Result], object] = lambda *_: None,
+    report: Callable[[Row, RowResult], object] = lambda *_: None,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
     """Measure in order the rows that have no entry in `results`, by name, and add theirs.
@@ -90,7 +90,7 @@ def run(
         report(row, results[row.name])
 
 
-def line(row: Row, result: Result) -> str:
+def line(row: Row, result: RowResult) -> str:
     """A row and its result as text."""
     shown = (
         f"{name} {value:,.4g}" if isinstance(value, float) else f"{name} {value}"
@@ -101,7 +101,7 @@ def line(row: Row, result: Result) -> str:
 
 
 def _reason_to_skip(
-    row: Row, rows: Sequence[Row], results: Mapping[str, Result], left: float
+    row: Row, rows: Sequence[Row], results: Mapping[str, RowResult], left: float
 ) -> str | None:
     before = [
         results[other.name]
@@ -118,7 +118,7 @@ def _reason_to_skip(
     return NO_TIME if _estimate(row, rows, results) > left else None
 
 
-def _estimate(row: Row, rows: Sequence[Row], results: Mapping[str, Result]) -> float:
+def _estimate(row: Row, rows: Sequence[Row], results: Mapping[str, RowResult]) -> float:
     """Expected seconds: those of the last row of its kind, with the work scaled by size."""
     alike = [
         (other.size, results[other.name])

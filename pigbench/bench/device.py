@@ -14,7 +14,7 @@ import numpy as np
 
 from pigbench import agents, envs
 from pigbench.bench import picking, simulation, training
-from pigbench.bench.budget import FIRST, RATE, Result, Row
+from pigbench.bench.budget import FIRST, RATE, Row, RowResult
 from pigbench.bench.timing import Contender, alternate
 from pigbench.envs.physics import ENGINES
 from pigbench.training.provenance import package_versions, surroundings
@@ -136,7 +136,7 @@ def _evaluation(sizes: Sizes, environment: str, engine: str) -> Row:
 
 
 def _parity(sizes: Sizes, environment: str, engine: str) -> Row:
-    def measure() -> Result:
+    def measure() -> RowResult:
         env = _make(environment, engine)
         picks = picking.pick_and_place(env, sizes.picks)
         errors = picking.step_errors(env, picks)
@@ -153,7 +153,7 @@ def _parity(sizes: Sizes, environment: str, engine: str) -> Row:
 
 
 def _trainings(sizes: Sizes, preset: str, seeds: tuple[int, ...], precision: str) -> list[Row]:
-    def measure(method: str, count: int) -> Result:
+    def measure(method: str, count: int) -> RowResult:
         env = _make(sizes.environments[0], "mujoco")  # only for its array sizes
         config = agents.get(method).preset(preset)
         with jax.default_matmul_precision(precision):
@@ -173,7 +173,7 @@ def _trainings(sizes: Sizes, preset: str, seeds: tuple[int, ...], precision: str
     ]
 
 
-def _row(kind: str, size: int, labels: Mapping[str, str], measure: Callable[[], Result]) -> Row:
+def _row(kind: str, size: int, labels: Mapping[str, str], measure: Callable[[], RowResult]) -> Row:
     engine = labels.get("engine")
     return Row(
         kind=f"{kind} {engine}" if engine else kind,
@@ -197,7 +197,7 @@ def _make(environment: str, engine: str) -> "envs.CubeEnv":
     return envs.make(environment, engine=engine, profile=_profile(engine))
 
 
-def _timed(make: Callable[[], Contender], sizes: Sizes, *, turns: int = 3) -> Result:
+def _timed(make: Callable[[], Contender], sizes: Sizes, *, turns: int = 3) -> RowResult:
     """Items per second, and the seconds of setup and of the first unit, which compiles."""
     begin = time.perf_counter()
     contender = make()
@@ -212,7 +212,7 @@ def _timed(make: Callable[[], Contender], sizes: Sizes, *, turns: int = 3) -> Re
     }
 
 
-def _with_memory(measure: Callable[[], Result]) -> Result:
+def _with_memory(measure: Callable[[], RowResult]) -> RowResult:
     before = _peak()
     result = measure()
     after = _peak()

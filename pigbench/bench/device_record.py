@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from pigbench.bench import device_report
-from pigbench.bench.budget import Result, Row
-from pigbench.bench.device_report import Entry
+from pigbench.bench.budget import Row, RowResult
+from pigbench.bench.device_report import MeasuredRow
 from pigbench.support import files
 
 _FILE = "device.json"
 
 
-def earlier(folder: Path, origin: Mapping[str, Any]) -> dict[str, Result]:
+def earlier(folder: Path, origin: Mapping[str, Any]) -> dict[str, RowResult]:
     """The results of an earlier run of the same code on the same machine, by row."""
     path = folder / _FILE
     if not path.exists():
@@ -24,14 +24,14 @@ def earlier(folder: Path, origin: Mapping[str, Any]) -> dict[str, Result]:
     return {row["row"]: row for row in rows} if same else {}
 
 
-def entries(rows: Sequence[Row], results: Mapping[str, Result]) -> list[Entry]:
+def entries(rows: Sequence[Row], results: Mapping[str, RowResult]) -> list[MeasuredRow]:
     """The rows that have a result, in order, each with it."""
     return [
         {"row": row.name, **row.labels, **results[row.name]} for row in rows if row.name in results
     ]
 
 
-def keep(folder: Path, origin: Mapping[str, Any], entries: Sequence[Entry]) -> None:
+def keep(folder: Path, origin: Mapping[str, Any], entries: Sequence[MeasuredRow]) -> None:
     """Write the files."""
     files.write_json(folder / _FILE, {**origin, "rows": entries})
     files.write_text(folder / "device.md", device_report.tables(origin, entries))

@@ -11,7 +11,7 @@ from pigbench.report.formats import markdown_grid
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
 
-Entry = Mapping[str, Any]
+MeasuredRow = Mapping[str, Any]
 """A row's labels and its measurements, or the reason for having none."""
 
 _PANEL = 3.2, 2.4  # inches
@@ -67,7 +67,7 @@ _COLORS = {"mjx-warp": styles.BLUE, "mujoco": styles.BLACK, "mjx-jax": styles.VE
 _LINES = ("-", "--", "-.", ":")
 
 
-def tables(machine: Mapping[str, Any], entries: Sequence[Entry]) -> str:
+def tables(machine: Mapping[str, Any], entries: Sequence[MeasuredRow]) -> str:
     """All measurements as Markdown."""
     accelerator = machine["accelerator"]
     origin = [accelerator["nvidia"] or accelerator["kind"]]
@@ -85,11 +85,11 @@ def tables(machine: Mapping[str, Any], entries: Sequence[Entry]) -> str:
     return "\n\n".join(filter(None, parts)) + "\n"
 
 
-def _done(entry: Entry) -> bool:
+def _done(entry: MeasuredRow) -> bool:
     return FAILED not in entry and SKIPPED not in entry
 
 
-def _missing(entry: Entry) -> str:
+def _missing(entry: MeasuredRow) -> str:
     verb = FAILED if FAILED in entry else SKIPPED
     return f"- {entry['row']}: {verb}: {entry[verb]}"
 
@@ -102,12 +102,12 @@ def _text(value: object) -> str:
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def draw(entries: Sequence[Entry], path: Path) -> None:
+def draw(entries: Sequence[MeasuredRow], path: Path) -> None:
     """Plot control steps per second over simulations into the file `path`, if there are any."""
     from pigbench.report import canvas  # imports Matplotlib, which takes long
 
     done = [entry for entry in entries if entry["what"] == "steps" and _done(entry)]
-    curves: dict[tuple[str, str], list[Entry]] = {}
+    curves: dict[tuple[str, str], list[MeasuredRow]] = {}
     for entry in done:
         curves.setdefault((entry["environment"], entry["engine"]), []).append(entry)
     if not curves:

@@ -16,7 +16,7 @@ from pigbench.training import provenance
 
 
 @dataclasses.dataclass(frozen=True)
-class Train:
+class BenchTrain:
     """Time the updates of methods, and compare them with those of the first.
 
     On two cores or more, set NPROC to the number of threads you mean to train with.
@@ -45,7 +45,7 @@ class Train:
 
 
 @dataclasses.dataclass(frozen=True)
-class Generate:
+class BenchGenerate:
     """Time data generation, OGBench's generator (which must be installed), and the engine alone.
 
     The engine alone starts from the same states with the same controls, but without policy and
@@ -82,7 +82,7 @@ class Generate:
 
 
 @dataclasses.dataclass(frozen=True)
-class Evaluate:
+class BenchEvaluate:
     """Time the evaluation of an untrained policy here and in OGBench, one environment at a time."""
 
     environment: str = "cube-double"
@@ -119,7 +119,7 @@ class Evaluate:
 
 
 @dataclasses.dataclass(frozen=True)
-class Rows:
+class BenchRows:
     """Time GCIVL's updates (preset cpu) with rows on the device and on disk, and opening the data.
 
     The data set is deleted afterwards. Its episodes are a few simulated ones, repeated.

@@ -17,7 +17,7 @@ from pigbench.support import files
 
 
 @dataclasses.dataclass(frozen=True)
-class Info:
+class DataInfo:
     """Describe a data set: environment, policy, episodes, observation layout, versions."""
 
     folder: tyro.conf.Positional[Path]
@@ -29,7 +29,7 @@ class Info:
 
 
 @dataclasses.dataclass(frozen=True)
-class Verify:
+class DataVerify:
     """Read every byte of a data set, and list files that are truncated, altered or not finite."""
 
     folder: tyro.conf.Positional[Path]
@@ -48,7 +48,7 @@ class Verify:
 
 
 @dataclasses.dataclass(frozen=True)
-class Filter:
+class DataFilter:
     """Make a data set from the good episodes of another, and report which were left out and why.
 
     Each episode is judged by its own observations, as in a robot's log. The measurements of those
@@ -77,7 +77,7 @@ class Filter:
 
 
 @dataclasses.dataclass(frozen=True)
-class Export:
+class DataExport:
     """Write a data set in another format.
 
     For OGBench's loaders, the output is F.npz and F-val.npz; for Minari, a folder that
@@ -106,7 +106,7 @@ class Export:
 
 
 @dataclasses.dataclass(frozen=True)
-class Card:
+class DataCard:
     """Write a data set's README: its contents and how to load it, with the hub's header."""
 
     folder: tyro.conf.Positional[Path]
@@ -120,7 +120,7 @@ class Card:
 
 
 @dataclasses.dataclass(frozen=True)
-class Push:
+class DataPush:
     """Put a data set into a repository of the Hugging Face hub, with its card.
 
     Log in with `hf auth login`, or set HF_TOKEN. If the command was interrupted, run it again:
@@ -145,7 +145,7 @@ class Push:
 
 
 @dataclasses.dataclass(frozen=True)
-class Pull:
+class DataPull:
     """Fetch a data set from a repository of the Hugging Face hub, and verify every byte.
 
     If the command was interrupted, run it again: files already there are not fetched again.
@@ -166,7 +166,7 @@ class Pull:
 
 
 @dataclasses.dataclass(frozen=True)
-class Import:
+class DataImport:
     """Make a data set from files of OGBench or `pigbench data export`, or from a robot's logs.
 
     Validation files, F-val.npz beside F.npz, are read too. Logs are one file per episode, or a

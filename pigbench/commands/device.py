@@ -8,7 +8,7 @@ from pathlib import Path
 import jax
 
 from pigbench.bench import budget, device, device_record, device_report
-from pigbench.bench.budget import RATE, Result, Row
+from pigbench.bench.budget import RATE, Row, RowResult
 from pigbench.bench.device import Sizes
 from pigbench.errors import UserError
 from pigbench.support.lock import only_writer
@@ -44,7 +44,7 @@ class Device:
             origin = {"sizes": dataclasses.asdict(self.sizes)} | device.machine()
             results = device_record.earlier(self.out, origin)
 
-            def report(row: Row, result: Result) -> None:
+            def report(row: Row, result: RowResult) -> None:
                 print(budget.line(row, result), flush=True)
                 if row.labels["what"] == "steps" and RATE in result:
                     entries = device_record.entries(rows, results)

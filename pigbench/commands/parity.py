@@ -11,7 +11,7 @@ from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.errors import UserError
 from pigbench.fidelity import closed_loop, distributions, peer, recording, replay, tables
 from pigbench.fidelity.recording import PeerRecording
-from pigbench.fidelity.tables import Table
+from pigbench.fidelity.tables import FidelityTable
 from pigbench.report.formats import markdown_grid
 from pigbench.seeds import Seed
 from pigbench.support import files
@@ -159,7 +159,7 @@ def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Pee
         )
 
 
-def _save(path: Path | None, command: object, **tables: Table) -> None:
+def _save(path: Path | None, command: object, **tables: FidelityTable) -> None:
     settings = {
         name: str(value) if isinstance(value, Path) else value
         for name, value in vars(command).items()

@@ -19,26 +19,28 @@ class Command(NamedTuple):
 COMMANDS = {
     "list": Command("listing", "List", "list environments or methods by name"),
     "generate": Command("generate", "Generate", "collect an offline data set", resumes=True),
-    "data info": Command("data", "Info", "describe a data set"),
-    "data verify": Command("data", "Verify", "find truncated or altered files of a data set"),
-    "data filter": Command("data", "Filter", "keep a data set's good episodes", resumes=True),
-    "data export": Command("data", "Export", "write a data set for OGBench, Minari or LeRobot"),
-    "data card": Command("data", "Card", "write a data set's README for a hub"),
-    "data push": Command("data", "Push", "put a data set on the Hugging Face hub", resumes=True),
-    "data pull": Command("data", "Pull", "fetch a data set from the hub", resumes=True),
+    "data info": Command("data", "DataInfo", "describe a data set"),
+    "data verify": Command("data", "DataVerify", "find truncated or altered files of a data set"),
+    "data filter": Command("data", "DataFilter", "keep a data set's good episodes", resumes=True),
+    "data export": Command("data", "DataExport", "write a data set for OGBench, Minari or LeRobot"),
+    "data card": Command("data", "DataCard", "write a data set's README for a hub"),
+    "data push": Command(
+        "data", "DataPush", "put a data set on the Hugging Face hub", resumes=True
+    ),
+    "data pull": Command("data", "DataPull", "fetch a data set from the hub", resumes=True),
     "data import": Command(
-        "data", "Import", "make a data set from OGBench's files or a robot's logs", resumes=True
+        "data", "DataImport", "make a data set from OGBench's files or a robot's logs", resumes=True
     ),
     "data render": Command("render", "RenderData", "draw an episode of a data set as a film"),
     "train": Command("train", "Train", "train one method, with one seed or several", resumes=True),
     "evaluate": Command("evaluate", "Evaluate", "roll out a trained policy on every task"),
-    "table": Command("report", "Table", "print success rates of runs as tables"),
+    "table": Command("report", "PrintTable", "print success rates of runs as tables"),
     "suite": Command(
         "suite", "RunSuite", "train environments x methods x seeds as one job", resumes=True
     ),
     "suite status": Command("suite_status", "SuiteStatus", "show the progress of a suite"),
-    "plot": Command("report", "Plot", "draw curves, bars, boxes or profiles of runs"),
-    "report": Command("report", "Report", "make a page of runs or of a suite, for any browser"),
+    "plot": Command("report", "DrawPlot", "draw curves, bars, boxes or profiles of runs"),
+    "report": Command("report", "MakePage", "make a page of runs or of a suite, for any browser"),
     "export": Command("export", "Export", "write a policy to share, which acts without pigbench"),
     "render": Command(
         "render", "Render", "draw a task as a picture, or a policy's episodes as a film"
@@ -54,10 +56,12 @@ COMMANDS = {
     "parity policy": Command(
         "parity", "ParityPolicy", "compare a policy's success here and in OGBench"
     ),
-    "bench generate": Command("bench", "Generate", "time data generation beside OGBench's"),
-    "bench evaluate": Command("bench", "Evaluate", "time evaluation beside OGBench's"),
-    "bench train": Command("bench", "Train", "time the updates of methods, side by side"),
-    "bench rows": Command("bench", "Rows", "time training from rows on the device and on the disk"),
+    "bench generate": Command("bench", "BenchGenerate", "time data generation beside OGBench's"),
+    "bench evaluate": Command("bench", "BenchEvaluate", "time evaluation beside OGBench's"),
+    "bench train": Command("bench", "BenchTrain", "time the updates of methods, side by side"),
+    "bench rows": Command(
+        "bench", "BenchRows", "time training from rows on the device and on the disk"
+    ),
     "bench startup": Command(
         "bench", "Startup", "measure the processor time that commands take to start"
     ),

@@ -24,7 +24,7 @@ def _results(runs: tuple[Path, ...]) -> list[Result]:
 
 
 @dataclasses.dataclass(frozen=True)
-class Table:
+class PrintTable:
     """Print success rates in percent, as tables with captions that explain them.
 
     Each run gives one number; means, standard deviations and intervals are over seeds.
@@ -51,7 +51,7 @@ class Table:
 
 
 @dataclasses.dataclass(frozen=True)
-class Plot:
+class DrawPlot:
     """Draw success rates over training, by task or over environments, or how far episodes got."""
 
     runs: Runs
@@ -80,7 +80,7 @@ class Plot:
 
 
 @dataclasses.dataclass(frozen=True)
-class Report:
+class MakePage:
     """Make a page of runs or of a suite, finished or not: tables, interactive figures, films,
     configurations, provenance and commands. It opens without a network.
     """

@@ -34,7 +34,7 @@ class Episodes(NamedTuple):
     dropped: int
 
 
-Simulator = Callable[[Shard, Callable[[int], object]], Episodes]
+ShardSimulator = Callable[[Shard, Callable[[int], object]], Episodes]
 """Simulates a shard; calls its second argument with the number of further control steps done."""
 
 Tell = Callable[[Shard, int], object]
@@ -93,7 +93,7 @@ def here(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> Source:
     return simulated
 
 
-def simulator(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> Simulator:
+def simulator(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> ShardSimulator:
     """A simulator of the shards of `spec`.
 
     A shard's episodes depend only on the seed, the shard's number and their place in it; those

@@ -34,7 +34,7 @@ _SPLITS = ("train", "val")
 _RATE = round(1 / CONTROL_STEP)  # frames per second
 
 Columns = Mapping[str, np.ndarray]  # of one episode's frames, (frames,) or (frames, numbers)
-Statistics = Mapping[str, Mapping[str, list[Any]]]  # by column, then by name
+LeRobotStatistics = Mapping[str, Mapping[str, list[Any]]]  # by column, then by name
 
 
 def write(dataset: Dataset, path: Path) -> list[Path]:
@@ -169,7 +169,7 @@ def _statistics(values: np.ndarray) -> dict[str, list[Any]]:
     }
 
 
-def _pooled(several: Sequence[Statistics]) -> dict[str, dict[str, list[Any]]]:
+def _pooled(several: Sequence[LeRobotStatistics]) -> dict[str, dict[str, list[Any]]]:
     """Statistics of all frames, computed from those of the episodes."""
 
     def pool(name: str) -> dict[str, list[Any]]:

@@ -8,7 +8,7 @@ from typing import Any
 from pigbench import envs, plugins
 from pigbench.cluster import Tasks
 from pigbench.data import collect
-from pigbench.data.collect import Episodes, Simulator, Source, Tell
+from pigbench.data.collect import Episodes, ShardSimulator, Source, Tell
 from pigbench.data.manifest import Shard, Spec, spec_of
 from pigbench.envs.oracles import POLICIES
 from pigbench.settings import jax_defaults
@@ -36,7 +36,7 @@ def _simulate(content: str, files: tuple[str, ...], shard: Shard) -> Episodes:
 
 
 @lru_cache(maxsize=1)  # a process compiles only for its first shard
-def _simulator(content: str, files: tuple[str, ...]) -> Simulator:
+def _simulator(content: str, files: tuple[str, ...]) -> ShardSimulator:
     plugins.load_installed()
     for file in files:
         plugins.load_file(Path(file))

@@ -11,7 +11,7 @@ from pigbench.fidelity.closed_loop import Successes
 from pigbench.fidelity.distributions import Comparison
 from pigbench.fidelity.replay import Errors, Outcomes, Windows
 
-Table = Sequence[tuple[str, ...]]
+FidelityTable = Sequence[tuple[str, ...]]
 """Lines of cells, header first."""
 
 Simulator = tuple[str, str]
@@ -31,7 +31,7 @@ _COLUMNS = {
 }
 
 
-def errors(windows: Mapping[Simulator, Windows]) -> Table:
+def errors(windows: Mapping[Simulator, Windows]) -> FidelityTable:
     """Percentiles of the errors over windows, by simulator, situation and control steps."""
     kinds = ("engine", "physics", "situation", "steps", "windows")
     shares = (f"cube within {1e3 * _CLOSE:g} mm", f"{1e3 * _NEAR:g} mm")
@@ -39,7 +39,7 @@ def errors(windows: Mapping[Simulator, Windows]) -> Table:
     return [(*kinds, *_COLUMNS, *shares), *lines]
 
 
-def outcomes(ends: Mapping[Simulator, Outcomes]) -> Table:
+def outcomes(ends: Mapping[Simulator, Outcomes]) -> FidelityTable:
     """How many sub-tasks have the same outcome, by simulator."""
     lines = [
         (
@@ -53,7 +53,7 @@ def outcomes(ends: Mapping[Simulator, Outcomes]) -> Table:
     return [("engine", "physics", "sub-tasks", "same grasp", "same placement"), *lines]
 
 
-def quantities(compared: Iterable[tuple[str, Mapping[str, Comparison]]]) -> Table:
+def quantities(compared: Iterable[tuple[str, Mapping[str, Comparison]]]) -> FidelityTable:
     """Both means of each quantity and the test of them, given policies with their comparisons."""
     lines = [
         (name, policy, f"{one:.3g}", f"{other:.3g}", f"{statistic:.2f}", f"{p:.2g}")
@@ -63,7 +63,7 @@ def quantities(compared: Iterable[tuple[str, Mapping[str, Comparison]]]) -> Tabl
     return [("quantity", "policy", peer.NAME, "pigbench", "KS statistic", "p"), *lines]
 
 
-def pairs(tasks: Sequence[str], successes: Successes) -> Table:
+def pairs(tasks: Sequence[str], successes: Successes) -> FidelityTable:
     """Pairs of episodes by outcome, and success in each simulator, by task and in all tasks."""
     lines = [
         _pair_line(name, Successes(*pair)) for name, *pair in zip(tasks, *successes, strict=True)

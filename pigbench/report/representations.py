@@ -7,7 +7,7 @@ from pigbench.report import stats
 from pigbench.report.styles import BLACK, GREY, Style
 
 
-class Representation(NamedTuple):
+class ShownRepresentation(NamedTuple):
     """A representation's title, the style of its curves, and how full of colour its boxes are."""
 
     title: str
@@ -16,15 +16,15 @@ class Representation(NamedTuple):
 
 
 REPRESENTATIONS = {
-    "full": Representation("full state", Style(GREY, "-"), fill=0.0),
-    "joints_contacts": Representation("joints and contacts", Style(BLACK, "-"), fill=0.35),
-    "proprio": Representation("proprioception", Style(BLACK, ":"), fill=0.8),
+    "full": ShownRepresentation("full state", Style(GREY, "-"), fill=0.0),
+    "joints_contacts": ShownRepresentation("joints and contacts", Style(BLACK, "-"), fill=0.35),
+    "proprio": ShownRepresentation("proprioception", Style(BLACK, ":"), fill=0.8),
 }
 
 
-def representation(name: str) -> Representation:
+def representation(name: str) -> ShownRepresentation:
     """The representation of that name; an unknown name gets a default look."""
-    return REPRESENTATIONS.get(name, Representation(name, Style(BLACK, "-."), fill=0.35))
+    return REPRESENTATIONS.get(name, ShownRepresentation(name, Style(BLACK, "-."), fill=0.35))
 
 
 def by_representation(methods: Sequence[str], seen: Mapping[str, str | None]) -> list[str]:

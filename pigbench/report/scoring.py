@@ -27,7 +27,7 @@ THRESHOLDS = (0.03, 0.05, 0.10)
 Key = TypeVar("Key")
 
 Curve = Mapping[int, Estimate]  # by training step, in order
-Task = tuple[int, str]  # number and name
+TaskLabel = tuple[int, str]  # number and name
 Groups = Mapping[str, Estimate | None]  # by the bars' group; None if unknown
 Cells = Mapping[Cell, Sequence[Result]]
 
@@ -91,7 +91,7 @@ def success(results: Sequence[Result], scoring: Scoring) -> Estimate:
     return _estimate(_rates(results, scoring), scoring)
 
 
-def task_success(results: Sequence[Result], scoring: Scoring) -> dict[Task, Estimate]:
+def task_success(results: Sequence[Result], scoring: Scoring) -> dict[TaskLabel, Estimate]:
     """Like `success`, for each task in order; the checkpoint is that of all tasks together."""
     return {task: _estimate(_rates(results, scoring, task), scoring) for task in _tasks(results)}
 
@@ -177,15 +177,15 @@ def _listed(values: Sequence[int | str]) -> str:
     return " and ".join(one if isinstance(one, str) else f"{one:,}" for one in values)
 
 
-def _tasks(results: Sequence[Result]) -> list[Task]:
+def _tasks(results: Sequence[Result]) -> list[TaskLabel]:
     return sorted({_task(episode) for episode in results[0].episodes})
 
 
-def _task(episode: Episode) -> Task:
+def _task(episode: Episode) -> TaskLabel:
     return episode.task, episode.task_name
 
 
-UNITS: Mapping[str, Callable[[Sequence[Result]], Sequence[Task | None]]] = {
+UNITS: Mapping[str, Callable[[Sequence[Result]], Sequence[TaskLabel | None]]] = {
     "environments": lambda results: [None],
     "tasks": _tasks,
 }
@@ -194,7 +194,7 @@ UNITS: Mapping[str, Callable[[Sequence[Result]], Sequence[Task | None]]] = {
 def _rates(
     results: Sequence[Result],
     scoring: Scoring,
-    task: Task | None = None,
+    task: TaskLabel | None = None,
     score: Callable[[Sequence[Episode]], float] = stats.success_rate,
 ) -> Float[np.ndarray, " runs"]:
     """The success rate or another score of each result, on one task or all."""

@@ -16,14 +16,16 @@ from pigbench.support.progress import Progress, duration
 _SECONDS = 1.0  # spent on measuring each rate
 
 
-class Estimate(NamedTuple):
+class SuiteEstimate(NamedTuple):
     """Seconds that each unfinished data set and cell will take on its own."""
 
     data: Mapping[str, float]
     cells: Mapping[SuiteCell, float]
 
 
-def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: Path) -> Estimate:
+def estimate(
+    suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: Path
+) -> SuiteEstimate:
     """Estimate the time for a suite's unfinished parts; `configs` are by method and variant."""
     todo = [(cell, steps) for cell, state, steps, _ in status(suite, out) if state != DONE]
     asked = {
@@ -41,7 +43,7 @@ def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: 
             for environment, own in asked.items()
         }
         step = {environment: _step(environment, suite, tell) for environment in asked}
-    return Estimate(
+    return SuiteEstimate(
         data={
             environment.name: environment.transitions * step[environment]
             for environment in suite.environments
@@ -60,7 +62,7 @@ def estimate(suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: 
     )
 
 
-def table(times: Estimate, cells: Sequence[Status]) -> list[tuple[str, ...]]:
+def table(times: SuiteEstimate, cells: Sequence[Status]) -> list[tuple[str, ...]]:
     """One line per cell, with a header."""
     lines = [
         (cell.name, state, duration(times.cells[cell]) if cell in times.cells else "")
@@ -69,7 +71,7 @@ def table(times: Estimate, cells: Sequence[Status]) -> list[tuple[str, ...]]:
     return [("cell", "state", "time"), *lines]
 
 
-def summary(times: Estimate, *, workers: int) -> str:
+def summary(times: SuiteEstimate, *, workers: int) -> str:
     """The time in total, and what several trainings at once can save."""
     data, cells = sum(times.data.values()), sum(times.cells.values())
     return (

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from pigbench.agents.norms import safe_norm
-from pigbench.toy.problem import STEP, Example, Mode, Section
+from pigbench.toy.problem import STEP, Example, Mode, ToySection
 
 RATIOS = 1, 2, 4
 """Ratios of the larger speed to the smaller; 1 is isotropic."""
@@ -32,7 +32,7 @@ def mode(ratio: float) -> Mode:
         cost_to_go=cost_to_go,
         successor=successor,
         kink_distance=safe_norm,
-        section=Section("$s_2$, from fast to slow axis", (1.0, 0.0), (0.0, 1.0)),
+        section=ToySection("$s_2$, from fast to slow axis", (1.0, 0.0), (0.0, 1.0)),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from pigbench.report.formats import markdown_grid
 from pigbench.report.stats import Estimate, estimate
 from pigbench.toy.fit import Settings
-from pigbench.toy.study import Outcome, grid_states
+from pigbench.toy.study import ToyOutcome, grid_states
 
 MARGIN = 0.1  # share of the half width: states farther from kinks count as away from them
 LARGE = 0.1  # an error above this is large
@@ -24,17 +24,17 @@ MEASURES: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 Estimates = Mapping[tuple[str, str], Mapping[str, Estimate]]
 
 
-def errors(outcome: Outcome, settings: Settings) -> np.ndarray:
+def errors(outcome: ToyOutcome, settings: Settings) -> np.ndarray:
     """The fit minus d* on the grid, (seeds, n)."""
     return outcome.grid - np.asarray(outcome.mode.cost_to_go(grid_states(settings)))
 
 
-def estimates(outcomes: Sequence[Outcome], settings: Settings) -> Estimates:
+def estimates(outcomes: Sequence[ToyOutcome], settings: Settings) -> Estimates:
     """Each of `MEASURES`, by the names of mode and loss."""
     return {(outcome.mode.name, outcome.loss): _measure(outcome, settings) for outcome in outcomes}
 
 
-def _measure(outcome: Outcome, settings: Settings) -> dict[str, Estimate]:
+def _measure(outcome: ToyOutcome, settings: Settings) -> dict[str, Estimate]:
     sizes = np.abs(errors(outcome, settings))
     distances = np.asarray(outcome.mode.kink_distance(grid_states(settings)))
     far = distances > MARGIN * settings.half_width

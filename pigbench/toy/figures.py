@@ -11,7 +11,7 @@ from pigbench.report.styles import BLACK, style
 from pigbench.toy.errors import errors
 from pigbench.toy.fit import LOSSES, Settings
 from pigbench.toy.problem import Example, Mode
-from pigbench.toy.study import SIDE, Outcome, grid_states, section_states
+from pigbench.toy.study import SIDE, ToyOutcome, grid_states, section_states
 
 LABELS = {"baseline": "Baseline", "hjb": "HJB", "eikonal": "Eikonal"}
 # A loss has the colour of the method with that regulariser.
@@ -22,7 +22,7 @@ _DPI = 100  # surfaces are smooth: more would only make files larger
 _CONTOURS = 8
 
 
-def overview(example: Example, outcomes: Sequence[Outcome], settings: Settings) -> Figure:
+def overview(example: Example, outcomes: Sequence[ToyOutcome], settings: Settings) -> Figure:
     """One row per mode: d*, the fits (means over seeds), and all of them along the section."""
     modes = list(_by_mode(outcomes))
     figure, rows = _panels(len(modes), len(LOSSES) + 2)
@@ -36,7 +36,7 @@ def overview(example: Example, outcomes: Sequence[Outcome], settings: Settings) 
     return figure
 
 
-def extended(example: Example, outcomes: Sequence[Outcome], settings: Settings) -> Figure:
+def extended(example: Example, outcomes: Sequence[ToyOutcome], settings: Settings) -> Figure:
     """Two rows per mode, the fits and their errors (means over seeds); one column per loss."""
     modes = list(_by_mode(outcomes))
     figure, rows = _panels(2 * len(modes), len(LOSSES))
@@ -49,7 +49,7 @@ def extended(example: Example, outcomes: Sequence[Outcome], settings: Settings) 
     return figure
 
 
-def _by_mode(outcomes: Sequence[Outcome]) -> Iterator[tuple[Mode, list[Outcome]]]:
+def _by_mode(outcomes: Sequence[ToyOutcome]) -> Iterator[tuple[Mode, list[ToyOutcome]]]:
     for mode, fits in groupby(outcomes, key=lambda outcome: outcome.mode):
         yield mode, list(fits)
 
@@ -117,7 +117,7 @@ def _draw(
     panels[0].figure.colorbar(images[0], ax=list(panels), label=label, pad=0.01, aspect=15)
 
 
-def _draw_section(panel: Axes, mode: Mode, fits: Sequence[Outcome], settings: Settings) -> None:
+def _draw_section(panel: Axes, mode: Mode, fits: Sequence[ToyOutcome], settings: Settings) -> None:
     """Draw d* and the fits, with a band of one standard deviation over seeds."""
     states = section_states(mode, settings)
     position = np.asarray(states[:, 1])

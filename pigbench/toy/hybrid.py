@@ -9,7 +9,7 @@ defined on the whole square, though only states with x_a = x_o can be reached.
 import jax
 import jax.numpy as jnp
 
-from pigbench.toy.problem import STEP, Example, Mode, Section
+from pigbench.toy.problem import STEP, Example, Mode, ToySection
 
 
 def free_cost(states: jax.Array) -> jax.Array:
@@ -49,14 +49,14 @@ HYBRID = Example(
                 cost_to_go=free_cost,
                 successor=reach,
                 kink_distance=free_kinks,
-                section=Section("object $x_o$ (agent at {0:g})", (0.5, -1.0), (0.5, 1.0)),
+                section=ToySection("object $x_o$ (agent at {0:g})", (0.5, -1.0), (0.5, 1.0)),
             ),
             Mode(
                 name="holding",
                 cost_to_go=holding_cost,
                 successor=transport,
                 kink_distance=holding_cost,
-                section=Section("agent and object $x_a = x_o$", (-1.0, -1.0), (1.0, 1.0)),
+                section=ToySection("agent and object $x_a = x_o$", (-1.0, -1.0), (1.0, 1.0)),
             ),
         ),
     ),

@@ -11,7 +11,7 @@ STEP = 0.01
 """Time between a state and its successor; residuals use only the direction of the motion."""
 
 
-class Section(NamedTuple):
+class ToySection(NamedTuple):
     """A line through the square [-1, 1]^2, along which fits are plotted over the second coordinate.
 
     `label` may refer to the start, scaled to the square in use, as "{0:g}" and "{1:g}".
@@ -34,7 +34,7 @@ class Mode:
     cost_to_go: Callable[[jax.Array], jax.Array]  # d*(s, g), (B,), with the goal at the origin
     successor: Callable[[jax.Array], jax.Array]  # s' after `STEP` of optimal motion, (B, 2)
     kink_distance: Callable[[jax.Array], jax.Array]  # (B,) to where d* has no gradient
-    section: Section
+    section: ToySection
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ SIDE = 101
 """Points along a side of the grid and along a section."""
 
 
-class Outcome(NamedTuple):
+class ToyOutcome(NamedTuple):
     """Fits of one mode under one loss, one per seed."""
 
     mode: Mode
@@ -40,7 +40,7 @@ def study(
     seeds: Sequence[int],
     settings: Settings,
     report: Callable[[int, str], None],
-) -> list[Outcome]:
+) -> list[ToyOutcome]:
     """Fit every mode of the example under every loss; outcomes are ordered by mode.
 
     `report` is called with the number of further updates done and their loss.
@@ -53,7 +53,7 @@ def _fits(
     seeds: Sequence[int],
     settings: Settings,
     report: Callable[[int, str], None],
-) -> list[Outcome]:
+) -> list[ToyOutcome]:
     params = {
         loss: fit(
             modes,
@@ -70,7 +70,7 @@ def _fits(
         return np.asarray(each(settings, params[loss], number, states))
 
     return [
-        Outcome(
+        ToyOutcome(
             mode,
             loss,
             grid=values(loss, number, grid_states(settings)),

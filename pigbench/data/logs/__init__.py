@@ -12,7 +12,7 @@ import numpy as np
 from pigbench import envs
 from pigbench.data import collect
 from pigbench.data.logs import lerobot, tables
-from pigbench.data.logs.columns import Table
+from pigbench.data.logs.columns import LogTable
 from pigbench.data.logs.episode import LoggedEpisode, observe, prepare
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
@@ -99,7 +99,7 @@ def _sources(paths: Sequence[Path]) -> list[Path]:
     return found
 
 
-def _tables(path: Path) -> Iterator[tuple[str, Table]]:
+def _tables(path: Path) -> Iterator[tuple[str, LogTable]]:
     if path.is_dir():
         return lerobot.read(path)
     return iter([(str(path), tables.read(path))])

@@ -13,7 +13,7 @@ import numpy as np
 
 from pigbench.errors import UserError
 
-Table = Mapping[str, np.ndarray]
+LogTable = Mapping[str, np.ndarray]
 """An episode's columns by name, (rows,) each."""
 
 
@@ -68,7 +68,7 @@ that rest between open and shut. Either actions or commanded poses (all three gr
 TARGETS = ("target_pos", "target_yaw", "target_opening")
 
 
-def groups(name: str, table: Table) -> dict[str, np.ndarray]:
+def groups(name: str, table: LogTable) -> dict[str, np.ndarray]:
     """The groups in a table, each (rows, columns). `name` names the table in error messages.
 
     Raises UserError if columns are missing or numbers are implausible.

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pigbench import envs
-from pigbench.data.logs.columns import TARGETS, Table, groups
+from pigbench.data.logs.columns import TARGETS, LogTable, groups
 from pigbench.envs import robot, servo
 from pigbench.envs.control import ACTION_SCALE
 from pigbench.envs.observation import PAD_FORCE_SCALE
@@ -58,7 +58,7 @@ class LoggedEpisode:
     notes: tuple[str, ...]
 
 
-def prepare(name: str, table: Table) -> LoggedEpisode:
+def prepare(name: str, table: LogTable) -> LoggedEpisode:
     """Turn a table into an episode. Raises UserError for data that no robot can have produced."""
     found = groups(name, table)
     time = found["time"][:, 0]
@@ -177,7 +177,9 @@ def _check_rate(name: str, time: np.ndarray) -> None:
         )
 
 
-def _recovered(name: str, joint_pos: np.ndarray, opening: np.ndarray, targets: Table) -> np.ndarray:
+def _recovered(
+    name: str, joint_pos: np.ndarray, opening: np.ndarray, targets: LogTable
+) -> np.ndarray:
     """The actions (steps, 5) that lead from the gripper's poses to the commanded ones."""
     here, yaw = _pinch(joint_pos)
     way = _to_world(targets["target_pos"]) - here

@@ -13,7 +13,7 @@ import numpy as np
 
 from pigbench.data.lerobot import VERSION
 from pigbench.data.logs import tables
-from pigbench.data.logs.columns import Table
+from pigbench.data.logs.columns import LogTable
 from pigbench.errors import UserError
 from pigbench.support import files
 
@@ -50,7 +50,7 @@ def files_of(folder: Path) -> list[Path]:
     return [folder / INFO, *sorted(folder.glob("data/chunk-*/*.parquet"))]
 
 
-def read(folder: Path) -> Iterator[tuple[str, Table]]:
+def read(folder: Path) -> Iterator[tuple[str, LogTable]]:
     """Yield the episodes of a data set in order, with names. Raises UserError if it is invalid."""
     info = files.read_json(folder / INFO)
     if info.get("codebase_version") != VERSION:
@@ -80,7 +80,7 @@ def _names(folder: Path, info: Mapping[str, Any], feature: str) -> list[str]:
     return [ALIASES[feature].get(name, name) for name in names]
 
 
-def _episodes(path: Path, names: Mapping[str, list[str]]) -> Iterator[tuple[str, Table]]:
+def _episodes(path: Path, names: Mapping[str, list[str]]) -> Iterator[tuple[str, LogTable]]:
     table = tables.parquet(path)
     missing = {"timestamp", "episode_index", *names} - set(table.column_names)
     if missing:

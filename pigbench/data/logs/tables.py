@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from pigbench.data.logs.columns import Table
+from pigbench.data.logs.columns import LogTable
 from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.support.extras import required
 
 
-def read(path: Path) -> Table:
+def read(path: Path) -> LogTable:
     """The columns of a file with one of the suffixes in `READERS`. UserError if it is invalid."""
     if not path.is_file():
         raise UserError(f"{path} does not exist")
@@ -23,7 +23,7 @@ def read(path: Path) -> Table:
     return READERS[path.suffix](path)
 
 
-def _read_csv(path: Path) -> Table:
+def _read_csv(path: Path) -> LogTable:
     with files.explaining_torn(path, csv.Error):
         header, *lines = list(csv.reader(files.read_text(path).splitlines())) or [[]]
     names = [name.strip() for name in header]
@@ -46,7 +46,7 @@ def _number(cell: str) -> float:
         return math.nan
 
 
-def _read_parquet(path: Path) -> Table:
+def _read_parquet(path: Path) -> LogTable:
     table = parquet(path)
     return {
         name: table.column(name).to_numpy().astype(float)
@@ -67,4 +67,4 @@ def _is_number(kind: Any) -> bool:
     return types.is_floating(kind) or types.is_integer(kind) or types.is_boolean(kind)
 
 
-READERS: Mapping[str, Callable[[Path], Table]] = {".csv": _read_csv, ".parquet": _read_parquet}
+READERS: Mapping[str, Callable[[Path], LogTable]] = {".csv": _read_csv, ".parquet": _read_parquet}

@@ -7,7 +7,7 @@ import pytest
 from pigbench.toy import errors
 from pigbench.toy.fit import Settings
 from pigbench.toy.hybrid import HYBRID
-from pigbench.toy.study import SIDE, Outcome
+from pigbench.toy.study import SIDE, ToyOutcome
 
 HOLDING = HYBRID.fits[0][1]
 SETTINGS = Settings(half_width=2.0)
@@ -19,7 +19,7 @@ def outcome():
     positions = np.tile(np.linspace(-2, 2, SIDE), SIDE)
     truth = np.abs(positions)
     fits = [truth + 0.25, truth - 0.05 * (truth < 0.1)]
-    return Outcome(HOLDING, "hjb", np.stack(fits), np.zeros((2, SIDE)))
+    return ToyOutcome(HOLDING, "hjb", np.stack(fits), np.zeros((2, SIDE)))
 
 
 def test_errors_are_signed(outcome):

@@ -4,7 +4,7 @@ import pytest
 from pigbench.toy import figures
 from pigbench.toy.fit import Settings
 from pigbench.toy.hybrid import HYBRID
-from pigbench.toy.study import SIDE, Outcome
+from pigbench.toy.study import SIDE, ToyOutcome
 
 SETTINGS = Settings(half_width=2.0)
 OFFSETS = {"baseline": 0.0, "hjb": 0.25, "eikonal": -0.5}
@@ -20,7 +20,7 @@ def outcomes():
     sections = [np.abs(1 - positions) + 1 + np.abs(positions), np.abs(positions)]
     seeds = np.array([[0.1], [-0.1]])
     return [
-        Outcome(mode, loss, surface.ravel() + offset + seeds, section + offset + seeds)
+        ToyOutcome(mode, loss, surface.ravel() + offset + seeds, section + offset + seeds)
         for mode, surface, section in zip(HYBRID.fits[0], surfaces, sections, strict=True)
         for loss, offset in OFFSETS.items()
     ]

@@ -4,14 +4,14 @@ import pytest
 
 from pigbench.errors import UserError
 from pigbench.toy.fit import LOSSES, Settings, fit, predict
-from pigbench.toy.problem import Mode, Section
+from pigbench.toy.problem import Mode, ToySection
 
 RAMP = Mode(
     name="ramp",
     cost_to_go=lambda states: 2 * states[:, 0],
     successor=lambda states: states - np.array([0.01, 0.0]),
     kink_distance=lambda states: states[:, 0],
-    section=Section("", (-1.0, 0.0), (1.0, 0.0)),
+    section=ToySection("", (-1.0, 0.0), (1.0, 0.0)),
 )
 FEW = Settings(steps=5, batch_size=8, hidden_sizes=(4,))
 
