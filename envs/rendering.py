@@ -47,7 +47,10 @@ class Renderer:
 
 
 class Canvas:
-    """Renders a MuJoCo model from its free camera; `UserError` if that does not work here."""
+    """Renders a MuJoCo model from its free camera; `UserError` if that does not work here.
+
+    `mujoco.Renderer` would do the same, but its OpenGL library is fixed when MuJoCo is imported.
+    """
 
     def __init__(
         self, model: mujoco.MjModel, *, width: int, height: int, shadows: bool = True
