@@ -43,7 +43,7 @@ def test_they_are_refused_wherever_a_name_is_given(name, tmp_path):
             environments=(spec.Environment("cube-single", 1, 1),),
             methods=("gcbc",),
             seeds=(0,),
-            evaluation=spec.Evaluation(1),
+            evaluation=spec.EvaluationPlan(1),
             variants={name: {}},
         )
 

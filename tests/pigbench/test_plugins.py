@@ -97,7 +97,7 @@ def test_the_pages_subclass_trains(played, tmp_path):
 
 def test_a_file_is_run_once(tmp_path):
     plugin = tmp_path / "count.py"
-    plugin.write_text(f"open({str(tmp_path / 'log')!r}, 'a').write('run\\n')")
+    plugin.write_text(f"with open({str(tmp_path / 'log')!r}, 'a') as log: log.write('run\\n')")
     plugins.load_file(plugin)
     plugins.load_file(plugin)
     assert (tmp_path / "log").read_text() == "run\n"

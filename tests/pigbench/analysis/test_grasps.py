@@ -1,6 +1,7 @@
 from types import SimpleNamespace
 
 import jax
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pytest
@@ -108,7 +109,8 @@ def test_pinch_points_are_those_of_ogbenchs_model(name, standardized):
     rng = np.random.default_rng(0)
     points = rng.uniform(workspace.PINCH.low, workspace.PINCH.high, (20, 3))
     home = np.array(env.scene.home_qpos)[env.scene.arm]
-    joints = np.asarray(inverse(points, rng.uniform(-3, 3, 20), np.tile(home, (20, 1))))
+    given = points, rng.uniform(-3, 3, 20), np.tile(home, (20, 1))
+    joints = np.asarray(inverse(*map(jnp.asarray, given)))
     joints = joints + rng.normal(0, 0.1, joints.shape)  # no longer straight down
     values = np.zeros((20, env.layout.size), np.float32)
     expected = np.zeros((20, 3))
