@@ -106,10 +106,10 @@ def test_a_scripted_policy_goes_through_all_stages(scripted):
             assert placed[measure.name].all(), measure.name
     assert placed["nearest"].max() < 0.01
     assert 0.02 < placed["final_distance"].min() <= placed["final_distance"].max() <= 0.04
-    # With fingers that never close it comes as near, and no farther.
+    # With fingers that never close it comes as near, and no farther; they may graze the cube.
     idle = evaluate(jnp.asarray(-1.0), lambda _: None)
     assert idle["nearest"].max() < 0.02
-    for name in ("touched", "held", "lifted", "within_10cm", "success"):
+    for name in ("held", "lifted", "within_10cm", "success"):
         assert not idle[name].any(), name
     far = np.linalg.norm(env._goal - env._start, axis=-1)
     np.testing.assert_allclose(idle["final_distance"], far, atol=0.0142)
