@@ -63,8 +63,7 @@ class Agent(abc.ABC, Generic[Config]):
     batch, because some terms depend on all of it: CRL's classes, DDPG+BC's scale, a dual variable.
     An agent can look up coordinates in the space's `layout`. `statistics` are those of the agent's
     observations in the data, and `units` is the size of one unit of each coordinate in the
-    environment's own units, (observation_size,).
-    All methods are pure and work under `jit`, `vmap` and `scan`.
+    environment's own units. All methods are pure and work under `jit`, `vmap` and `scan`.
     """
 
     target_networks: tuple[str, ...] = ()
@@ -82,7 +81,7 @@ class Agent(abc.ABC, Generic[Config]):
         space: Space,
         *,
         statistics: Statistics | None = None,
-        units: np.ndarray | float = 1.0,
+        units: Float[np.ndarray, "observation"] | float = 1.0,
     ) -> None:
         self.config = config
         self.layout = space.layout

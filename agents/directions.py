@@ -37,8 +37,8 @@ class Motion(Protocol):
 class Direction(NamedTuple):
     """u of a displacement in the `moving` coordinates, with its length measured in `units`."""
 
-    moving: np.ndarray | float = 1.0  # (n,): 1 where a coordinate counts as motion, else 0
-    units: np.ndarray | float = 1.0  # (n,): the length of one unit of each coordinate
+    moving: Float[np.ndarray, "n"] | float = 1.0  # 1 where a coordinate counts as motion, else 0
+    units: Float[np.ndarray, "n"] | float = 1.0  # the length of one unit of each coordinate
 
     def __call__(
         self,
@@ -55,12 +55,12 @@ class Direction(NamedTuple):
 class Coordinates(NamedTuple):
     """The coordinates in which an agent sees a state.
 
-    `statistics` are in these coordinates; one unit of them is `units` (n,) of the observation's.
+    `statistics` are in these coordinates; one unit of them is `units` of the observation's.
     """
 
     layout: Layout
     statistics: Statistics | None
-    units: np.ndarray | float = 1.0
+    units: Float[np.ndarray, "n"] | float = 1.0
 
 
 def _positions(coordinates: Coordinates) -> Direction:

@@ -73,8 +73,8 @@ class Representation:
         return of and of.select(self._parts)
 
     @property
-    def units(self) -> np.ndarray | float:
-        """The size of one unit of each coordinate of x in the observation's units, (size,)."""
+    def units(self) -> Float[np.ndarray, "x"] | float:
+        """The size of one unit of each coordinate of x in the observation's units."""
         return 1.0 if self._statistics is None else self._statistics.deviation
 
     @property

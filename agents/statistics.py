@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from jaxtyping import Float32
 
 from pigbench.errors import UserError
 
@@ -23,10 +24,10 @@ class Table(Protocol):
 
 
 class Statistics(NamedTuple):
-    """Mean and deviation of n coordinates, float32 (n,) each; constants, as the data are."""
+    """Mean and deviation of n coordinates; constants, as the data are."""
 
-    mean: np.ndarray
-    deviation: np.ndarray  # at least `DEVIATION_FLOOR`
+    mean: Float32[np.ndarray, "n"]
+    deviation: Float32[np.ndarray, "n"]  # at least `DEVIATION_FLOOR`
 
     @classmethod
     def of(cls, observations: Table) -> "Statistics":

@@ -17,8 +17,13 @@ from jaxtyping import install_import_hook, jaxtyped
 CHECKED = (
     "pigbench.agents",
     "pigbench.analysis.modes",
+    "pigbench.bench.picking",
+    "pigbench.data.dataset",
+    "pigbench.data.logs",
     "pigbench.data.mapped",
     "pigbench.data.quality",
+    "pigbench.data.selection",
+    "pigbench.data.shard",
     "pigbench.envs",
     "pigbench.fidelity.distributions",
     "pigbench.fidelity.peer",
@@ -28,6 +33,8 @@ CHECKED = (
     "pigbench.gym",
     "pigbench.layout",
     "pigbench.report",
+    "pigbench.support.pictures",
+    "pigbench.toy",
     "pigbench.training.milestones",
 )
 install_import_hook(CHECKED, "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))")

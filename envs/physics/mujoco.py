@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Shaped
 from mujoco.batch import Batch, SimulationError
 
 from pigbench.envs.physics.base import Factors, Physics, PhysicsState
@@ -84,7 +84,7 @@ class MujocoPhysics(Physics):
         if state.factors is not None:
             _vary(batch, self.scene, state.factors)
 
-        def rows(x: Array | np.ndarray) -> np.ndarray:
+        def rows(x: Shaped[Array | np.ndarray, "..."]) -> Shaped[np.ndarray, "simulation n"]:
             return np.reshape(x, (batch.nsim, -1))
 
         batch.qpos[:] = rows(state.qpos)

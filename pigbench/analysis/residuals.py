@@ -67,7 +67,7 @@ def _measure_batch(
     def value(states: Float[Array, "b x"]) -> Float[Array, " b"]:
         return jax.vmap(learner.state_value, (None, 0, 0))(learned, states, seen.value_goals)
 
-    def residuals(kind: type[Equation]) -> jax.Array:
+    def residuals(kind: type[Equation]) -> Float[Array, " b"]:
         return equation(kind, learner).residuals(value, steps)[1]
 
     states = seen.observations

@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
+from jaxtyping import Array, Bool, Float, Int, Key
 
 from pigbench import envs
 from pigbench.envs import control
@@ -26,25 +27,25 @@ _STATES = 256  # in which a control step is compared, at most
 
 
 class Picks(NamedTuple):
-    """N picks and places, and M states and controls sampled from all of them."""
+    """Picks and places, and states and controls sampled from all of them."""
 
-    distances: np.ndarray  # (N,) metres from the cube to its target at the plan's end
-    diverged: np.ndarray  # (N,) bool
-    qpos: np.ndarray  # (M, nq)
-    qvel: np.ndarray  # (M, nv)
-    ctrl: np.ndarray  # (M, nu)
+    distances: Float[np.ndarray, " picks"]  # metres from the cube to its target at the plan's end
+    diverged: Bool[np.ndarray, " picks"]
+    qpos: Float[np.ndarray, "states nq"]
+    qvel: Float[np.ndarray, "states nv"]
+    ctrl: Float[np.ndarray, "states nu"]
 
     @property
-    def placed(self) -> np.ndarray:
-        """Whether each cube ended at its target, (N,) bool."""
+    def placed(self) -> Bool[np.ndarray, " picks"]:
+        """Whether each cube ended at its target."""
         return ~self.diverged & (self.distances < SUCCESS_DISTANCE)
 
 
 class StepErrors(NamedTuple):
-    """Distances (M,) from C after one control step: of the farthest joint and the farthest cube."""
+    """Distances from C after one control step: of the farthest joint and the farthest cube."""
 
-    arm: np.ndarray  # radians
-    cube: np.ndarray  # metres
+    arm: Float[np.ndarray, " states"]  # radians
+    cube: Float[np.ndarray, " states"]  # metres
 
 
 def pick_and_place(env: "envs.CubeEnv", count: int) -> Picks:
@@ -55,12 +56,12 @@ def pick_and_place(env: "envs.CubeEnv", count: int) -> Picks:
     policy = PlayPolicy(env.spec, env.scene)
 
     @jax.jit
-    def play(key: jax.Array):
+    def play(key: Key[Array, ""]):
         scene_key, policy_key = jax.random.split(key)
         begin = jax.vmap(env.random_scene)(jax.random.split(scene_key, count))
         memory = jax.vmap(policy.reset)(jax.random.split(policy_key, count), begin)
 
-        def step(states: PhysicsState, time: jax.Array):
+        def step(states: PhysicsState, time: Int[Array, ""]):
             now = memory.replace(time=jnp.full(count, time))
             actions = jax.vmap(partial(policy.act, key))(now, states)
             ctrl = jax.vmap(partial(control.servo_targets, env.scene))(states, actions)
@@ -94,8 +95,8 @@ def step_errors(env: "envs.CubeEnv", picks: Picks) -> StepErrors:
     )
 
 
-def _in_c(scene: Scene, picks: Picks) -> np.ndarray:
-    """C's `qpos` (M, nq) after a control step from each state; `mj_forward` precedes controls."""
+def _in_c(scene: Scene, picks: Picks) -> Float[np.ndarray, "states nq"]:
+    """C's `qpos` after a control step from each state; `mj_forward` precedes controls."""
     data = mujoco.MjData(scene.model)
     ends = []
     for qpos, qvel, ctrl in zip(picks.qpos, picks.qvel, picks.ctrl, strict=True):

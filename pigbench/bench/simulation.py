@@ -9,6 +9,7 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Shaped
 from mujoco.batch import Batch
 
 from pigbench import agents, envs
@@ -27,8 +28,9 @@ _CHUNK = 10  # control steps per call
 _WHOLE = 0.98  # least share of an evaluation's control steps that must be run
 _BEFORE = 50  # control steps after which the grippers are in contact with cubes
 
-Run = Callable[[Simulation], tuple[Simulation, dict[str, jax.Array]]]
-Advance = Callable[[PhysicsState, jax.Array], object]
+Controls = Float[Array, "simulations nu"]
+Run = Callable[[Simulation], tuple[Simulation, dict[str, Shaped[Array, "steps simulations ..."]]]]
+Advance = Callable[[PhysicsState, Controls], object]
 """A control step of a batch of states under given controls."""
 
 
@@ -84,7 +86,7 @@ def _under_way(env: "envs.CubeEnv", simulations: int) -> tuple[Run, Simulation]:
 def _in_c(env: "envs.CubeEnv", simulations: int) -> Advance:
     batch = Batch(env.scene.model, simulations, len(os.sched_getaffinity(0)))
 
-    def advance(states: PhysicsState, controls: jax.Array) -> None:
+    def advance(states: PhysicsState, controls: Controls) -> None:
         batch.qpos[:], batch.qvel[:] = states.qpos, states.qvel
         batch.qacc_warmstart[:], batch.ctrl[:] = states.warmstart, controls
         batch.step(np.arange(simulations), nstep=SUBSTEPS)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import tyro
+from jaxtyping import Float, Shaped
 
 from pigbench.agents import FlowHierarchy
 from pigbench.analysis import grasps
@@ -87,7 +88,9 @@ def _columns(what: str) -> list[str]:
     return [f"{what} {percentile} %" for percentile in _PERCENTILES]
 
 
-def _lines(modes: np.ndarray, distances: Mapping[str, Distances]) -> Iterator[tuple[str, ...]]:
+def _lines(
+    modes: Shaped[np.ndarray, " n"], distances: Mapping[str, Distances]
+) -> Iterator[tuple[str, ...]]:
     for mode in MODES:
         chosen = modes == mode
         if not chosen.any():
@@ -96,10 +99,10 @@ def _lines(modes: np.ndarray, distances: Mapping[str, Distances]) -> Iterator[tu
             yield mode, str(chosen.sum()), way, *_millimetres(*(x[chosen] for x in apart))
 
 
-def _grasp_lines(misses: Mapping[str, np.ndarray]) -> Iterator[tuple[str, ...]]:
+def _grasp_lines(misses: Mapping[str, Float[np.ndarray, " n"]]) -> Iterator[tuple[str, ...]]:
     for whose, distances in misses.items():
         yield whose, str(len(distances)), *_millimetres(distances)
 
 
-def _millimetres(*columns: np.ndarray) -> list[str]:
+def _millimetres(*columns: Float[np.ndarray, " n"]) -> list[str]:
     return [f"{1e3 * x:.1f}" for column in columns for x in np.percentile(column, _PERCENTILES)]

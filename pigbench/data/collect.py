@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Key, Shaped
 
 from pigbench import envs, seeds
 from pigbench.data.manifest import Shard, Spec
-from pigbench.data.shard import DTYPES
+from pigbench.data.shard import DTYPES, FieldArray
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import ScriptedPolicy
 from pigbench.envs.physics import warn_of_overflow
@@ -30,7 +31,7 @@ _LONGEST_CHUNK = 100  # control steps between two progress reports
 class Episodes(NamedTuple):
     """The episodes of a shard that did not diverge."""
 
-    arrays: dict[str, np.ndarray]  # rows by field, one episode after another
+    arrays: dict[str, FieldArray]  # one episode after another
     dropped: int
 
 
@@ -47,11 +48,11 @@ Source = Callable[[Sequence[Shard], Tell], Iterator[tuple[Shard, Episodes]]]
 class Simulation(NamedTuple):
     """One episode in progress. A vacant one pads the last shard's batch and is never stepped."""
 
-    key: jax.Array
+    key: Key[Array, ""]
     world: World
     policy: Any
-    vacant: jax.Array  # () bool
-    over: jax.Array  # () bool: whether the policy ended the episode in an earlier row
+    vacant: Bool[Array, ""]
+    over: Bool[Array, ""]  # whether the policy ended the episode in an earlier row
 
 
 def write_missing(
@@ -154,7 +155,7 @@ def _chunk(rows: int) -> int:
 
 
 def begin(
-    env: "envs.CubeEnv", policy: ScriptedPolicy, key: jax.Array, vacant: jax.Array
+    env: "envs.CubeEnv", policy: ScriptedPolicy, key: Key[Array, ""], vacant: Bool[Array, ""]
 ) -> Simulation:
     """An episode at its start: a random scene and the policy's first plan for it."""
     scene_key, policy_key, key = jax.random.split(key, 3)
@@ -165,15 +166,15 @@ def begin(
 
 def run(
     env: "envs.CubeEnv", policy: ScriptedPolicy, simulations: Simulation, *, steps: int
-) -> tuple[Simulation, dict[str, jax.Array]]:
-    """Advance a batch of simulations; also returns the rows by field, (steps, batch, ...)."""
+) -> tuple[Simulation, dict[str, Shaped[Array, "{steps} simulations ..."]]]:
+    """Advance a batch of simulations; also returns the rows by field."""
     one = partial(step, env, policy)
     return jax.lax.scan(lambda batch, _: jax.vmap(one)(batch), simulations, length=steps)
 
 
 def step(
     env: "envs.CubeEnv", policy: ScriptedPolicy, simulation: Simulation
-) -> tuple[Simulation, dict[str, jax.Array]]:
+) -> tuple[Simulation, dict[str, Shaped[Array, "..."]]]:
     """Do one control step; also returns the row, by field, of the state and action before it."""
     key, act_key, advance_key = jax.random.split(simulation.key, 3)
     world, memory, over = simulation.world, simulation.policy, simulation.over
@@ -192,10 +193,13 @@ def step(
     return Simulation(key, after, memory, simulation.vacant, after_over), row
 
 
-def _episodes(chunks: list[dict[str, np.ndarray]], kept: np.ndarray) -> dict[str, np.ndarray]:
+def _episodes(
+    chunks: list[dict[str, Shaped[np.ndarray, "steps simulations ..."]]],
+    kept: Bool[np.ndarray, " simulations"],
+) -> dict[str, FieldArray]:
     """The live rows of the kept episodes, one episode after another."""
 
-    def by_episode(field: str) -> np.ndarray:
+    def by_episode(field: str) -> Shaped[np.ndarray, "episodes rows ..."]:
         by_step = np.concatenate([chunk[field] for chunk in chunks])[:, kept]
         return np.swapaxes(by_step, 0, 1)
 

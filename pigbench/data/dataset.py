@@ -6,10 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Int
 
 from pigbench.data import manifest, shard
 from pigbench.data.manifest import Manifest, ShardRecord, Spec
 from pigbench.data.mapped import MappedArray
+from pigbench.data.shard import FieldArray
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Layout
 from pigbench.support import files
@@ -31,19 +33,19 @@ class Split:
         return sum(record.rows for record in self.records)
 
     @property
-    def episode_ends(self) -> np.ndarray:
-        """Each episode's last row, (episodes,); reads no file if all episodes are equally long."""
+    def episode_ends(self) -> Int[np.ndarray, " episodes"]:
+        """Each episode's last row; reads no file if all episodes are equally long."""
         length = self.spec.rows_per_episode
         if not length:
             return np.flatnonzero(self.concatenate("terminals"))
         return np.arange(length, self.rows + 1, length) - 1
 
-    def shard(self, record: ShardRecord, field: str) -> np.ndarray:
+    def shard(self, record: ShardRecord, field: str) -> FieldArray:
         """The field of one shard, memory-mapped and read-only: an open file as long as it lives."""
         lookup("field", dict.fromkeys(self.spec.fields), field)
         return shard.read(self.folder, record, field)
 
-    def shards(self, field: str) -> list[np.ndarray]:
+    def shards(self, field: str) -> list[FieldArray]:
         """The field of every shard at once, each as by `shard`."""
         files.allow_many_open()
         return [self.shard(record, field) for record in self.records]
@@ -53,15 +55,15 @@ class Split:
         paths = [self.folder / record.name / shard.file_name(field) for record in self.records]
         return MappedArray(self.shards(field), paths)
 
-    def shard_episodes(self, record: ShardRecord, *fields: str) -> Iterator[dict[str, np.ndarray]]:
+    def shard_episodes(self, record: ShardRecord, *fields: str) -> Iterator[dict[str, FieldArray]]:
         """Yield the fields of each episode of a shard of the split, memory-mapped."""
         arrays = {field: self.shard(record, field) for field in fields}
         ends = np.flatnonzero(self.shard(record, "terminals")) + 1
         for start, stop in itertools.pairwise([0, *ends]):
             yield {field: array[start:stop] for field, array in arrays.items()}
 
-    def concatenate(self, field: str) -> np.ndarray:
-        """The field of all shards in memory, (rows, ...). Raises UserError if it contains NaN."""
+    def concatenate(self, field: str) -> FieldArray:
+        """The field of all shards in memory. Raises UserError if it contains NaN."""
         arrays = self.shards(field)
         for record, array in zip(self.records, arrays, strict=True):
             problem = shard.field_problem(self.spec, field, array, rows=record.rows)
@@ -101,7 +103,7 @@ class Dataset:
             raise UserError(f"{self.folder} holds no {name} episodes")
         return Split(self.folder, self.spec, records)
 
-    def episode(self, split: str, number: int, field: str) -> np.ndarray:
+    def episode(self, split: str, number: int, field: str) -> FieldArray:
         """The field of an episode of a split, counted from 0. Raises UserError if there is none."""
         opened = self.split(split)
         ends = opened.episode_ends

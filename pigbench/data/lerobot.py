@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Shaped
 
 from pigbench.data.dataset import Dataset, Split
 from pigbench.envs.scene import CONTROL_STEP
@@ -33,7 +34,7 @@ TASKS_PATH = "meta/tasks.parquet"
 _SPLITS = ("train", "val")
 _RATE = round(1 / CONTROL_STEP)  # frames per second
 
-Columns = Mapping[str, np.ndarray]  # of one episode's frames, (frames,) or (frames, numbers)
+Columns = Mapping[str, Shaped[np.ndarray, "frames ..."]]  # of one episode
 LeRobotStatistics = Mapping[str, Mapping[str, list[Any]]]  # by column, then by name
 
 
@@ -157,7 +158,7 @@ def _record(columns: Columns, where: Mapping[str, int], task: str) -> dict[str, 
     }
 
 
-def _statistics(values: np.ndarray) -> dict[str, list[Any]]:
+def _statistics(values: Shaped[np.ndarray, "frames ..."]) -> dict[str, list[Any]]:
     rows = values.reshape(len(values), -1)
     exact = rows.astype(np.float64)
     return {

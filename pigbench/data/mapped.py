@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pigbench.data.shard import FieldArray
 from pigbench.errors import UserError
 
 
@@ -15,7 +16,7 @@ class MappedArray:
     `paths` are the arrays' files. Threads may share an instance: gathering takes no lock.
     """
 
-    def __init__(self, arrays: Sequence[np.ndarray], paths: Sequence[Path]) -> None:
+    def __init__(self, arrays: Sequence[FieldArray], paths: Sequence[Path]) -> None:
         self._arrays = [np.asarray(array) for array in arrays]  # `take` is slow on a `memmap`
         self._paths = paths
         self._starts = np.cumsum([0, *map(len, self._arrays)])

@@ -18,9 +18,11 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from jaxtyping import Float
 
 from pigbench import envs, gym
 from pigbench.data.dataset import Dataset, Split
+from pigbench.data.shard import FieldArray
 from pigbench.errors import lookup
 from pigbench.support import files, lock
 from pigbench.support.extras import required
@@ -79,14 +81,14 @@ def _write_split(folder: Path, identity: str, split: Split, progress: Progress) 
     files.write_json(folder / "metadata.json", about)
 
 
-def _write_episode(path: Path, episode: Mapping[str, np.ndarray]) -> None:
+def _write_episode(path: Path, episode: Mapping[str, FieldArray]) -> None:
     """Write one row per state; the last state has no action, and zeros in its place."""
     pa, ipc = required("pyarrow", "pyarrow.ipc", extra="share")
     observations, actions = np.asarray(episode["observations"]), np.array(episode["actions"])
     actions[-1] = 0
     rows = np.arange(len(actions))
 
-    def vectors(values: np.ndarray) -> Any:
+    def vectors(values: Float[np.ndarray, "rows n"]) -> Any:
         kind = pa.list_(pa.float32(), values.shape[1])
         return pa.FixedSizeListArray.from_arrays(values.ravel(), type=kind)
 

@@ -20,12 +20,14 @@ from typing import IO
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Int
 
 from pigbench import envs
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.data import collect, shard
 from pigbench.data.dataset import Dataset, Split
 from pigbench.data.manifest import Shard, ShardRecord, Spec
+from pigbench.data.shard import FieldArray
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError, lookup
 from pigbench.support import files
@@ -41,7 +43,7 @@ _READ_HEADER = {
     (2, 0): np.lib.format.read_array_header_2_0,
 }
 
-Columns = Mapping[str, tuple[str, Callable[[np.ndarray], np.ndarray]]]
+Columns = Mapping[str, tuple[str, Callable[[FieldArray], FieldArray]]]
 """For each array in a file: the field from which it is made, and the function that makes it."""
 
 
@@ -292,7 +294,7 @@ class _Source:
                     f"of {expected}"
                 )
 
-    def read(self, fields: Sequence[str]) -> Iterator[dict[str, np.ndarray]]:
+    def read(self, fields: Sequence[str]) -> Iterator[dict[str, FieldArray]]:
         """Yield the fields of each piece, in the types of our shards."""
         bounds = np.cumsum([0, *self.pieces()])
         pieces = [self._stored_lengths[start:stop] for start, stop in itertools.pairwise(bounds)]
@@ -311,8 +313,8 @@ class _Source:
             yield {field: {**content, "terminals": terminals}[field] for field in fields}
 
     def _with_last_states(
-        self, content: Mapping[str, np.ndarray], ends: np.ndarray
-    ) -> dict[str, np.ndarray]:
+        self, content: Mapping[str, FieldArray], ends: Int[np.ndarray, " episodes"]
+    ) -> dict[str, FieldArray]:
         """Convert rows of transitions to rows of states; an episode's last state has no action."""
         observations, after = content["observations"], content[_NEXT]
         same = (observations[1:] == after[:-1]).all(axis=1)
@@ -327,7 +329,7 @@ class _Source:
             "actions": np.insert(content["actions"], ends + 1, 0, axis=0),
         }
 
-    def _pieces(self, field: str, counts: Iterable[int]) -> Iterator[np.ndarray]:
+    def _pieces(self, field: str, counts: Iterable[int]) -> Iterator[FieldArray]:
         """Yield the array in pieces of the given numbers of rows, in the type of our shards."""
         like = "observations" if field == _NEXT else "terminals" if field == _VALIDS else field
         with self._archive() as archive, archive.open(shard.file_name(field)) as file:

@@ -8,9 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from flax import struct
 from jax.typing import ArrayLike
-from jaxtyping import Array, Float, Int, Key
+from jaxtyping import Float, Int, Key
 
 from pigbench.agents import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
+from pigbench.agents.shapes import Array
 from pigbench.data.dataset import Split
 from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError

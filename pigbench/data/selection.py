@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from pigbench import envs
 from pigbench.data import quality
 from pigbench.data.dataset import Dataset, Split
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.quality import CRITERIA, Limits
+from pigbench.data.shard import FieldArray
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Layout
@@ -149,7 +151,7 @@ def _judge(
     split: Split,
     number: int,
     layout: Layout,
-    goal: np.ndarray,
+    goal: Float[np.ndarray, "3"],
     criteria: Collection[str],
     limits: Limits,
 ) -> Iterator[Judged]:
@@ -193,7 +195,7 @@ def _ordered(parts: Mapping[tuple[str, int], list[Judged]]) -> list[list[Judged]
     return [episodes for _, episodes in sorted(parts.items())]
 
 
-def _rows(split: Split, episodes: Collection[Judged], spec: Spec) -> dict[str, np.ndarray]:
+def _rows(split: Split, episodes: Collection[Judged], spec: Spec) -> dict[str, FieldArray]:
     (number,) = {one.shard for one in episodes}
     taken = np.concatenate([np.arange(one.start, one.stop) for one in episodes])
     record = split.records[number]

@@ -8,10 +8,14 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Shaped
 
 from pigbench.data.manifest import FileRecord, Shard, ShardRecord, Spec
 from pigbench.errors import UserError
 from pigbench.support import files
+
+FieldArray = Shaped[np.ndarray, "_ ..."]
+"""A field of some rows."""
 
 DTYPES = {
     "observations": np.dtype(np.float32),
@@ -28,7 +32,7 @@ def file_name(field: str) -> str:
 
 
 def write(
-    folder: Path, spec: Spec, shard: Shard, arrays: Mapping[str, np.ndarray], *, dropped: int
+    folder: Path, spec: Spec, shard: Shard, arrays: Mapping[str, FieldArray], *, dropped: int
 ) -> ShardRecord:
     """Write the shard's folder into `folder`, completely or not at all, and return its record.
 
@@ -52,7 +56,7 @@ def write(
     return ShardRecord(shard.name, shard.split, episodes, dropped, rows, records)
 
 
-def read(folder: Path, record: ShardRecord, field: str) -> np.ndarray:
+def read(folder: Path, record: ShardRecord, field: str) -> FieldArray:
     """The array of `field`, memory-mapped and read-only. Raises UserError if it is torn."""
     path = folder / record.name / file_name(field)
     try:
@@ -73,7 +77,7 @@ def file_problems(folder: Path, record: ShardRecord) -> Iterator[tuple[Path, str
             yield path, f"is torn: {path.stat().st_size} bytes instead of {expected.bytes}"
 
 
-def field_problem(spec: Spec, field: str, array: np.ndarray, *, rows: int) -> str | None:
+def field_problem(spec: Spec, field: str, array: FieldArray, *, rows: int) -> str | None:
     """The problem with `array` as the `field` of a shard of `rows` rows; None if there is none."""
     row_shapes = {
         "observations": (spec.layout.size,),
@@ -97,7 +101,7 @@ def field_problem(spec: Spec, field: str, array: np.ndarray, *, rows: int) -> st
     return f"{complaint} (first in row {bad.argmax()})" if bad.any() else None
 
 
-def _write_array(path: Path, array: np.ndarray) -> None:
+def _write_array(path: Path, array: FieldArray) -> None:
     # Not np.save: on a full disk it raises an OSError without an errno.
     array = np.ascontiguousarray(array)
     with open(path, "wb") as file:

@@ -8,10 +8,9 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
 from pigbench.data import manifest, shard
 from pigbench.data.manifest import Manifest, Shard, Spec
+from pigbench.data.shard import FieldArray
 from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.support.compare import require_same
@@ -34,7 +33,7 @@ class Writer:
         """The shards that are still to be written."""
         return tuple(part for part in self._spec.plan() if part.name not in self._finished)
 
-    def write(self, part: Shard, arrays: Mapping[str, np.ndarray], *, dropped: int = 0) -> None:
+    def write(self, part: Shard, arrays: Mapping[str, FieldArray], *, dropped: int = 0) -> None:
         """Write one shard, complete on return: the fields of its episodes except those `dropped`.
 
         Raises ValueError if the arrays do not match the specification.

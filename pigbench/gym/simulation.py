@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from gymnasium import spaces
-from jaxtyping import Array, Float, Int, Key, UInt8
+from jaxtyping import Array, Float, Int, Key
 
 from pigbench import envs, seeds
 from pigbench.agents.representations import GOALS, Representation
@@ -16,10 +16,10 @@ from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.envs.units import metres
 from pigbench.errors import UserError, lookup
+from pigbench.support.pictures import Picture
 
 RENDER_MODE = "rgb_array"
 RESET_OPTIONS = ("task_id", "render_goal")
-Picture = UInt8[np.ndarray, "height width 3"]
 
 METADATA = {"render_modes": [RENDER_MODE], "render_fps": round(1 / CONTROL_STEP)}
 

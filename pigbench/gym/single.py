@@ -12,10 +12,10 @@ from pigbench.gym.simulation import (
     METADATA,
     RESET_OPTIONS,
     CompiledEnv,
-    Picture,
     known_options,
     observations,
 )
+from pigbench.support.pictures import Picture
 
 
 class SingleEnv(gymnasium.Env):

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import error
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Shaped
 
 from pigbench.envs import State
 from pigbench.errors import UserError
@@ -17,10 +17,10 @@ from pigbench.gym.simulation import (
     METADATA,
     RESET_OPTIONS,
     CompiledEnv,
-    Picture,
     known_options,
     observations,
 )
+from pigbench.support.pictures import Picture
 
 _NEVER = -1  # Gymnasium's time limit for none
 
@@ -139,7 +139,7 @@ class BatchEnv(VectorEnv):
             raise error.ResetNeeded("call reset first")
         return self._states
 
-    def _info(self, states: State, **extra: np.ndarray) -> dict[str, Any]:
+    def _info(self, states: State, **extra: Shaped[np.ndarray, "env ..."]) -> dict[str, Any]:
         info = {
             **extra,
             "goal": self._simulation.goals(states),

@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from jaxtyping import Shaped
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -88,8 +89,8 @@ def grid(
     panel: tuple[float, float],
     legend: Sequence[str],
     share_y: bool = True,
-) -> tuple[Figure, np.ndarray]:
-    """A figure and its (rows, columns) panels of a size in inches, with room for a legend."""
+) -> tuple[Figure, Shaped[np.ndarray, "{rows} {columns}"]]:
+    """A figure and its panels of a size in inches, with room for a legend."""
     width = max(panel[0] * columns, _LEAST_WIDTH)
     lines = -(-len(legend) // _legend_columns(width, legend))
     figure = Figure(

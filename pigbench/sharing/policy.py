@@ -15,6 +15,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Key, Shaped
 
 from pigbench import xla
 from pigbench.agents import Agent, Params
@@ -27,6 +28,9 @@ from pigbench.training import episodes
 from pigbench.training.provenance import package_versions
 from pigbench.training.restore import Trained
 from pigbench.training.run import PROVENANCE_FILE, STATISTICS_FILE
+
+States = Float[Array, "batch o"]
+Actions = Float[Array, "batch a"]
 
 FORMAT = 1
 PARAMETERS_FILE = "parameters.safetensors"
@@ -85,11 +89,11 @@ def serialize(agent: Agent, params: Params) -> bytes:
     act_on_batch = batched(agent)
 
     def act(
-        parameters: Mapping[str, jax.Array],
-        observations: jax.Array,
-        goals: jax.Array,
-        key: jax.Array,
-    ) -> jax.Array:
+        parameters: Mapping[str, Shaped[Array, "..."]],
+        observations: States,
+        goals: States,
+        key: Key[Array, ""],
+    ) -> Actions:
         tree = jax.tree.unflatten(structure, [parameters[name] for name in names])
         return act_on_batch(tree, observations, goals, key)
 
@@ -103,10 +107,10 @@ def serialize(agent: Agent, params: Params) -> bytes:
     return bytes(exported.serialize())
 
 
-def batched(agent: Agent) -> Callable[[Params, jax.Array, jax.Array, jax.Array], jax.Array]:
+def batched(agent: Agent) -> Callable[[Params, States, States, Key[Array, ""]], Actions]:
     """The agent's policy on a batch, each of whose examples has draws of its own from one key."""
 
-    def act(params: Params, observations: jax.Array, goals: jax.Array, key: jax.Array) -> jax.Array:
+    def act(params: Params, observations: States, goals: States, key: Key[Array, ""]) -> Actions:
         keys = jax.vmap(jax.random.fold_in, (None, 0))(key, jnp.arange(observations.shape[0]))
         return jax.vmap(agent.act, (None, 0, 0, 0))(params, observations, goals, keys)
 

@@ -1,15 +1,18 @@
-"""Image and film files from arrays of pixels, (height, width, 3) uint8."""
+"""Image and film files from arrays of pixels."""
 
 import io
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import UInt8
 from PIL import Image
 
 from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.support.extras import required
+
+Picture = UInt8[np.ndarray, "height width 3"]
 
 _QUALITY = "20"  # of H.264: lower is better and larger
 
@@ -21,7 +24,7 @@ def check_path(path: Path, extension: str) -> None:
     files.require_file(path)
 
 
-def write_png(path: Path, picture: np.ndarray) -> None:
+def write_png(path: Path, picture: Picture) -> None:
     """Replace `path` with the picture."""
     with files.replacing_file(path) as file:
         Image.fromarray(picture).save(file, "PNG")
@@ -48,7 +51,7 @@ def gif_of_mp4(path: Path, *, every: int = 4, width: int = 160) -> tuple[bytes, 
     return content.getvalue(), height, width
 
 
-def write_mp4(path: Path, pictures: Iterable[np.ndarray], *, rate: int) -> None:
+def write_mp4(path: Path, pictures: Iterable[Picture], *, rate: int) -> None:
     """Replace `path` with a film of `rate` pictures per second; height and width must be even.
 
     Raises UserError if the package `av`, of the extra `render`, is not installed.

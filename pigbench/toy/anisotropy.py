@@ -5,12 +5,11 @@ the area of the unit disc and axes in the ratio r : 1. With the goal at 0,
 d* = ||(s_1 / c, c s_2)||, and the optimal motion is straight.
 """
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from pigbench.agents.norms import safe_norm
-from pigbench.toy.problem import STEP, Example, Mode, ToySection
+from pigbench.toy.problem import STEP, Costs, Example, Mode, States, ToySection
 
 RATIOS = 1, 2, 4
 """Ratios of the larger speed to the smaller; 1 is isotropic."""
@@ -20,10 +19,10 @@ def mode(ratio: float) -> Mode:
     """Motion with the ratio of speeds r = `ratio`."""
     slownesses = np.array([ratio**-0.5, ratio**0.5], np.float32)
 
-    def cost_to_go(states: jax.Array) -> jax.Array:
+    def cost_to_go(states: States) -> Costs:
         return safe_norm(states * slownesses)
 
-    def successor(states: jax.Array) -> jax.Array:
+    def successor(states: States) -> States:
         time = jnp.maximum(cost_to_go(states), STEP)
         return states * (1 - STEP / time)[:, None]
 

@@ -5,6 +5,7 @@ import io
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from pigbench.report.formats import markdown_grid
 from pigbench.report.stats import Estimate, estimate
@@ -14,18 +15,22 @@ from pigbench.toy.study import ToyOutcome, grid_states
 MARGIN = 0.1  # share of the half width: states farther from kinks count as away from them
 LARGE = 0.1  # an error above this is large
 
-MEASURES: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+ErrorMeasure = Callable[
+    [Float[np.ndarray, "seeds states"], Bool[np.ndarray, " states"]], Float[np.ndarray, " seeds"]
+]
+"""Of absolute errors, and of which states are away from kinks."""
+
+MEASURES: Mapping[str, ErrorMeasure] = {
     "mean absolute error": lambda errors, far: errors.mean(axis=-1),
     "away from kinks": lambda errors, far: errors[:, far].mean(axis=-1),
     f"share off by more than {LARGE}": lambda errors, far: (errors > LARGE).mean(axis=-1),
 }
-"""Map absolute errors (seeds, n), and which of the n states are away from kinks, to (seeds,)."""
 
 Estimates = Mapping[tuple[str, str], Mapping[str, Estimate]]
 
 
-def errors(outcome: ToyOutcome, settings: Settings) -> np.ndarray:
-    """The fit minus d* on the grid, (seeds, n)."""
+def errors(outcome: ToyOutcome, settings: Settings) -> Float[np.ndarray, "seeds states"]:
+    """The fit minus d* on the grid."""
     return outcome.grid - np.asarray(outcome.mode.cost_to_go(grid_states(settings)))
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 import numpy as np
+from jaxtyping import Float, Shaped
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -16,6 +17,9 @@ from pigbench.toy.study import SIDE, ToyOutcome, grid_states, section_states
 LABELS = {"baseline": "Baseline", "hjb": "HJB", "eikonal": "Eikonal"}
 # A loss has the colour of the method with that regulariser.
 METHODS = {"baseline": "gcivl", "hjb": "hjb-gcivl", "eikonal": "eik-gcivl"}
+
+Panels = Shaped[np.ndarray, " panels"]  # each an `Axes`
+Surface = Float[np.ndarray, " states"]  # of `grid_states`
 
 _PANEL = 2.3  # inches
 _DPI = 100  # surfaces are smooth: more would only make files larger
@@ -54,19 +58,19 @@ def _by_mode(outcomes: Sequence[ToyOutcome]) -> Iterator[tuple[Mode, list[ToyOut
         yield mode, list(fits)
 
 
-def _panels(rows: int, columns: int) -> tuple[Figure, np.ndarray]:
+def _panels(rows: int, columns: int) -> tuple[Figure, Shaped[np.ndarray, "{rows} {columns}"]]:
     figure = Figure(figsize=(_PANEL * columns + 0.8, _PANEL * rows), layout="constrained", dpi=_DPI)
     return figure, figure.subplots(rows, columns, squeeze=False)
 
 
-def _name(panels: Sequence[Axes], titles: Sequence[str], example: Example) -> None:
+def _name(panels: Panels, titles: Sequence[str], example: Example) -> None:
     for panel, title in zip(panels, titles, strict=True):
         panel.set_title(title, fontsize="medium")
         panel.set_xlabel(example.axes[0])
     panels[0].set_ylabel(example.axes[1])
 
 
-def _draw_costs(panels: Sequence[Axes], surfaces: Sequence[np.ndarray], settings: Settings) -> None:
+def _draw_costs(panels: Panels, surfaces: Sequence[Surface], settings: Settings) -> None:
     """Draw colours and contours, the same for all panels."""
     low, high = min(map(np.min, surfaces)), max(map(np.max, surfaces))
     _draw(panels, surfaces, settings, (low, high), "cividis", r"$\hat d$")
@@ -83,19 +87,17 @@ def _draw_costs(panels: Sequence[Axes], surfaces: Sequence[np.ndarray], settings
         )
 
 
-def _draw_errors(
-    panels: Sequence[Axes], surfaces: Sequence[np.ndarray], settings: Settings
-) -> None:
+def _draw_errors(panels: Panels, surfaces: Sequence[Surface], settings: Settings) -> None:
     """Draw colours that are white at 0, the same for all panels."""
     largest = max(np.abs(surface).max() for surface in surfaces)
     _draw(panels, surfaces, settings, (-largest, largest), "PuOr", r"$\hat d - d^*$")
 
 
 def _draw(
-    panels: Sequence[Axes],
-    surfaces: Sequence[np.ndarray],
+    panels: Panels,
+    surfaces: Sequence[Surface],
     settings: Settings,
-    limits: tuple[float, float],
+    limits: tuple[np.floating, np.floating],
     colors: str,
     label: str,
 ) -> None:

@@ -7,6 +7,7 @@ from typing import Any, cast
 import jax
 import jax.numpy as jnp
 import optax
+from jaxtyping import Float, Int, Key
 
 from pigbench.agents.directions import Coordinates
 from pigbench.agents.networks import MLP
@@ -17,10 +18,11 @@ from pigbench.agents.regularizers import (
     Regularizer,
 )
 from pigbench.agents.residuals import Steps
+from pigbench.agents.shapes import Array
 from pigbench.errors import require
 from pigbench.layout import Layout
 from pigbench.seeds import key as seed_key
-from pigbench.toy.problem import Mode
+from pigbench.toy.problem import Costs, Mode, States
 
 LOSSES: Mapping[str, Regularizer] = {
     "baseline": NoRegularizer(),
@@ -56,8 +58,8 @@ class Settings:
         require(self, lambda sizes: all(x > 0 for x in sizes), "positive numbers", "hidden_sizes")
 
 
-def predict(settings: Settings, params: Any, number: int, states: jax.Array) -> jax.Array:
-    """The network's d(s, g), (B,), for states (B, 2) in the fit's mode `number`."""
+def predict(settings: Settings, params: Any, number: int, states: States) -> Costs:
+    """The network's d(s, g) for states in the fit's mode `number`."""
     modes = jnp.full_like(states[:, :1], number)
     inputs = jnp.concatenate([states / settings.half_width, modes], axis=-1)
     return cast(jax.Array, _network(settings).apply(params, inputs))[:, 0]
@@ -79,19 +81,21 @@ def fit(
     optimizer = optax.adam(optax.cosine_decay_schedule(settings.learning_rate, settings.steps))
     keys = jnp.stack([seed_key(seed) for seed in seeds])
 
-    def init(key: jax.Array) -> tuple[Any, optax.OptState]:
+    def init(key: Key[Array, ""]) -> tuple[Any, optax.OptState]:
         params = _network(settings).init(jax.random.fold_in(key, 0), jnp.zeros((1, 3)))
         return params, optimizer.init(params)
 
-    def update(state: tuple[Any, optax.OptState], key: jax.Array) -> tuple[Any, optax.OptState]:
+    def update(
+        state: tuple[Any, optax.OptState], key: Key[Array, ""]
+    ) -> tuple[Any, optax.OptState]:
         params, opt_state = state
         gradients = jax.grad(_loss)(params, key, modes, regularizer, settings)
         updates, opt_state = optimizer.update(gradients, opt_state)
         return optax.apply_updates(params, updates), opt_state
 
     @jax.jit
-    def stretch(state: Any, start: jax.Array, stop: jax.Array) -> Any:
-        def step(number: jax.Array, state: Any) -> Any:
+    def stretch(state: Any, start: Int[Array, ""], stop: Int[Array, ""]) -> Any:
+        def step(number: Int[Array, ""], state: Any) -> Any:
             # Number 0 was used for the weights.
             return jax.vmap(update)(
                 state, jax.vmap(jax.random.fold_in, (0, None))(keys, number + 1)
@@ -113,16 +117,16 @@ def _network(settings: Settings) -> MLP:
 
 def _loss(
     params: Any,
-    key: jax.Array,
+    key: Key[Array, ""],
     modes: Sequence[Mode],
     regularizer: Regularizer,
     settings: Settings,
-) -> jax.Array:
+) -> Float[Array, ""]:
     """Mean over modes of the squared error and the weighted residual of V = -d."""
     shape = len(modes), settings.batch_size, 2
     samples = settings.half_width * jax.random.uniform(key, shape, minval=-1, maxval=1)
 
-    def mode_loss(number: int, mode: Mode, states: jax.Array) -> jax.Array:
+    def mode_loss(number: int, mode: Mode, states: States) -> Float[Array, ""]:
         values, residuals = regularizer.residuals(
             lambda states: -predict(settings, params, number, states),
             Steps(states, mode.successor(states), _PLANE),

@@ -6,35 +6,36 @@ together. d* is that of "A 1-D illustrative example" in the paper; in the holdin
 defined on the whole square, though only states with x_a = x_o can be reached.
 """
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Float
 
-from pigbench.toy.problem import STEP, Example, Mode, ToySection
+from pigbench.agents.shapes import Array
+from pigbench.toy.problem import STEP, Costs, Example, Mode, States, ToySection
 
 
-def free_cost(states: jax.Array) -> jax.Array:
+def free_cost(states: States) -> Costs:
     """|x_a - x_o| + 1 + |x_o|: reach, grasp, transport."""
     agent, object_ = states.T
     return jnp.abs(agent - object_) + 1 + jnp.abs(object_)
 
 
-def holding_cost(states: jax.Array) -> jax.Array:
+def holding_cost(states: States) -> Costs:
     """|x_a|: transport."""
     return jnp.abs(states[:, 0])
 
 
-def reach(states: jax.Array) -> jax.Array:
+def reach(states: States) -> States:
     """The agent moves towards the object, which stays."""
     agent, object_ = states.T
     return jnp.stack([agent + jnp.clip(object_ - agent, -STEP, STEP), object_], axis=-1)
 
 
-def transport(states: jax.Array) -> jax.Array:
+def transport(states: States) -> States:
     """The agent moves towards the goal, and the object with it."""
     return states + jnp.clip(-states[:, :1], -STEP, STEP)
 
 
-def free_kinks(states: jax.Array) -> jax.Array:
+def free_kinks(states: States) -> Float[Array, " states"]:
     """Distance from the lines x_a = x_o and x_o = 0."""
     agent, object_ = states.T
     return jnp.minimum(jnp.abs(agent - object_) / jnp.sqrt(2), jnp.abs(object_))

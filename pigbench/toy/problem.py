@@ -4,8 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
+from jaxtyping import Float
+
+from pigbench.agents.shapes import Array
+
+States = Float[Array, "states 2"]
+Costs = Float[Array, " states"]
 
 STEP = 0.01
 """Time between a state and its successor; residuals use only the direction of the motion."""
@@ -21,19 +26,19 @@ class ToySection(NamedTuple):
     start: tuple[float, float]
     end: tuple[float, float]
 
-    def points(self, count: int) -> jax.Array:
-        """`count` points along the line, (count, 2)."""
+    def points(self, count: int) -> Float[Array, "{count} 2"]:
+        """`count` points along the line."""
         return jnp.linspace(jnp.array(self.start), jnp.array(self.end), count)
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Motion in one contact mode at unit running cost. Functions take states (B, 2)."""
+    """Motion in one contact mode at unit running cost."""
 
     name: str
-    cost_to_go: Callable[[jax.Array], jax.Array]  # d*(s, g), (B,), with the goal at the origin
-    successor: Callable[[jax.Array], jax.Array]  # s' after `STEP` of optimal motion, (B, 2)
-    kink_distance: Callable[[jax.Array], jax.Array]  # (B,) to where d* has no gradient
+    cost_to_go: Callable[[States], Costs]  # d*(s, g), with the goal at the origin
+    successor: Callable[[States], States]  # s' after `STEP` of optimal motion
+    kink_distance: Callable[[States], Float[Array, " states"]]  # to where d* has no gradient
     section: ToySection
 
 

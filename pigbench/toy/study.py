@@ -6,9 +6,10 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.toy.fit import LOSSES, Settings, fit, predict
-from pigbench.toy.problem import Example, Mode
+from pigbench.toy.problem import Example, Mode, States
 
 SIDE = 101
 """Points along a side of the grid and along a section."""
@@ -19,18 +20,18 @@ class ToyOutcome(NamedTuple):
 
     mode: Mode
     loss: str
-    grid: np.ndarray  # (seeds, SIDE^2)
-    section: np.ndarray  # (seeds, SIDE)
+    grid: Float[np.ndarray, "seeds states"]  # of `grid_states`
+    section: Float[np.ndarray, "seeds section"]  # of `section_states`
 
 
-def grid_states(settings: Settings) -> jax.Array:
-    """States (SIDE^2, 2) over the square; the first coordinate varies fastest."""
+def grid_states(settings: Settings) -> States:
+    """`SIDE`^2 states over the square; the first coordinate varies fastest."""
     side = jnp.linspace(-settings.half_width, settings.half_width, SIDE)
     return jnp.stack(jnp.meshgrid(side, side), axis=-1).reshape(-1, 2)
 
 
-def section_states(mode: Mode, settings: Settings) -> jax.Array:
-    """States (SIDE, 2) along the mode's section."""
+def section_states(mode: Mode, settings: Settings) -> States:
+    """`SIDE` states along the mode's section."""
     return settings.half_width * mode.section.points(SIDE)
 
 
@@ -65,7 +66,7 @@ def _fits(
         for loss, regularizer in LOSSES.items()
     }
 
-    def values(loss: str, number: int, states: jax.Array) -> np.ndarray:
+    def values(loss: str, number: int, states: States) -> Float[np.ndarray, "seeds states"]:
         each = jax.vmap(predict, (None, 0, None, None))
         return np.asarray(each(settings, params[loss], number, states))
 

@@ -11,11 +11,14 @@ from typing import Any, Protocol
 
 import jax
 import numpy as np
+from jaxtyping import Array, Int, Key
 
 from pigbench.agents import Agent, Batch
 from pigbench.data import sampler
 from pigbench.data.mapped import MappedArray
 from pigbench.data.sampler import Indices, Rows
+
+StepNumber = Int[Array, ""] | int
 
 _BLOCK = 16e6  # approximate bytes that threads gather at a time
 _MOST_UPDATES = 256  # per block: training starts only when the first block is complete
@@ -32,20 +35,20 @@ class Batches(Protocol):
         """Yield the inputs of `batch` for updates from `start` up to `stop`, with their ends."""
         ...
 
-    def batch(self, part: Any, key: jax.Array, step: jax.Array | int) -> Batch:
+    def batch(self, part: Any, key: Key[Array, ""], step: StepNumber) -> Batch:
         """The batch of a seed's update `step`, drawn with `key`. Pure."""
         ...
 
 
-def keys_of(key: jax.Array, step: jax.Array | int) -> tuple[jax.Array, jax.Array]:
+def keys_of(key: Key[Array, ""], step: StepNumber) -> tuple[Key[Array, ""], Key[Array, ""]]:
     """The keys of the batch and of the update itself, given a seed's key and the update's step."""
     batch_key, update_key = jax.random.split(jax.random.fold_in(key, step))
     return batch_key, update_key
 
 
 @contextlib.contextmanager
-def of(rows: Rows, agent: Agent, key: jax.Array) -> Iterator[Batches]:
-    """The batches that `agent` needs from `rows`, given the key of a seed or of several, (S,)."""
+def of(rows: Rows, agent: Agent, key: Key[Array, "*seeds"]) -> Iterator[Batches]:
+    """The batches that `agent` needs from `rows`, given the key of a seed or of several."""
     if not isinstance(rows.observations, MappedArray):
         yield Drawn(rows, agent)
         return
@@ -69,7 +72,7 @@ class Drawn:
         del start
         yield self._rows, stop
 
-    def batch(self, part: Rows, key: jax.Array, step: jax.Array | int) -> Batch:
+    def batch(self, part: Rows, key: Key[Array, ""], step: StepNumber) -> Batch:
         """Draw the batch within the program."""
         del step
         return sampler.sample(key, part, self._agent.sampling, self._agent.config.batch_size)
@@ -84,12 +87,12 @@ class Gathered:
 
     axis: int | None = 0
 
-    def __init__(self, rows: Rows, agent: Agent, key: jax.Array) -> None:
+    def __init__(self, rows: Rows, agent: Agent, key: Key[Array, "*seeds"]) -> None:
         self._rows, self._key = rows, key
         sampling, size = agent.sampling, agent.config.batch_size
 
-        def draw(key: jax.Array, steps: jax.Array) -> Indices:
-            def one(step: jax.Array) -> Indices:
+        def draw(key: Key[Array, ""], steps: Int[Array, " steps"]) -> Indices:
+            def one(step: Int[Array, ""]) -> Indices:
                 batch_key, _ = keys_of(key, step)
                 return sampler.sample_indices(batch_key, rows.episode_ends, sampling, size)
 
@@ -113,7 +116,7 @@ class Gathered:
             yield self._block(number), end
             start = end
 
-    def batch(self, part: Batch, key: jax.Array, step: jax.Array | int) -> Batch:
+    def batch(self, part: Batch, key: Key[Array, ""], step: StepNumber) -> Batch:
         """Take the batch out of its block."""
         del key
         place = step % self._updates
@@ -134,6 +137,6 @@ class Gathered:
         indices = jax.device_get(self._draw(self._key, self._steps(number)))
         return jax.device_put(sampler.gather(self._rows, indices))
 
-    def _steps(self, number: int) -> np.ndarray:
+    def _steps(self, number: int) -> Int[np.ndarray, " steps"]:
         first = number * self._updates
         return np.arange(first, first + self._updates, dtype=np.int32)

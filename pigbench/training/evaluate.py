@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int, Key, Shaped
+from jaxtyping import Array, Bool, Float, Int, Key, Shaped
 
 from pigbench import envs, seeds
 from pigbench.agents import Agent, Params
@@ -77,7 +77,7 @@ def step(env: "envs.CubeEnv", agent: Agent, params: Params, rollout: Rollout) ->
     """Do one control step in the episodes that are not done."""
     states = rollout.states
     act = jax.vmap(partial(action, agent, params), in_axes=(0, 0, 0, None))
-    observations: jax.Array = states.obs  # pyright: ignore[reportAssignmentType]
+    observations: Float[Array, "n o"] = states.obs  # pyright: ignore[reportAssignmentType]
     actions = act(observations, states.info["goal"], rollout.act_keys, rollout.time)
     after = jax.vmap(env.step)(states, actions)
     moments = jax.vmap(partial(milestones.moment, env))(after, rollout.start)
@@ -106,7 +106,7 @@ def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) ->
 
     @jax.jit
     def advance(params: Params, rollout: Rollout, stop: int) -> Rollout:
-        def going_on(rollout: Rollout) -> jax.Array:
+        def going_on(rollout: Rollout) -> Bool[Array, ""]:
             return jnp.any(rollout.states.done == 0) & (rollout.time < stop)
 
         return jax.lax.while_loop(going_on, partial(step, env, agent, params), rollout)

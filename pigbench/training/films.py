@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from pigbench import envs
 from pigbench.envs.rendering import Renderer
@@ -17,10 +18,10 @@ _EVERY = 2  # control steps between two frames of an evaluation's film
 
 
 class Shot(NamedTuple):
-    """Simulation states (rows, nq), and the goal (num_cubes, 3) to show, if any."""
+    """Simulation states, and the goal to show, if any."""
 
-    qpos: np.ndarray
-    goal: np.ndarray | None
+    qpos: Float[np.ndarray, "rows nq"]
+    goal: Float[np.ndarray, "cubes 3"] | None
 
 
 def write(
@@ -36,7 +37,7 @@ def write(
     `drawn` is called after each frame.
     """
 
-    def frames() -> Iterator[np.ndarray]:
+    def frames() -> Iterator[pictures.Picture]:
         for shot in shots:
             for qpos in shot.qpos[::every]:
                 yield renderer.draw(qpos, shot.goal)

@@ -53,7 +53,7 @@ def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> 
 
 def _record(
     start: Callable[[Params], Rollout],
-    advance: Callable[..., tuple[Rollout, jax.Array]],
+    advance: Callable[..., tuple[Rollout, Float[Array, "steps n nq"]]],
     episode_length: int,
     params: Params,
     report: Report,

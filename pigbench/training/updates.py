@@ -10,11 +10,12 @@ from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Int, Key
 
 from pigbench import agents
 from pigbench.agents import Agent, Batch, Metrics, TrainState
 from pigbench.training import batches
-from pigbench.training.batches import Batches
+from pigbench.training.batches import Batches, StepNumber
 from pigbench.training.sharding import SEEDS, Sharding
 
 Tree = TypeVar("Tree")
@@ -29,9 +30,9 @@ The given state cannot be used afterwards.
 
 
 def make_updates(
-    agent: Agent, key: jax.Array, source: Batches, sharding: Sharding = ONE_DEVICE
+    agent: Agent, key: Key[Array, "*seeds"], source: Batches, sharding: Sharding = ONE_DEVICE
 ) -> Updates:
-    """The updates of the seed with `key`, or of several seeds together with keys (S,).
+    """The updates of the seed with `key`, or of several seeds together.
 
     Update t of a seed draws its batch and everything else from `fold_in(key, t)` alone.
     """
@@ -41,7 +42,7 @@ def make_updates(
 
     @partial(jax.jit, donate_argnums=0)
     def run(
-        state: TrainState, key: jax.Array, part: Any, start: int, stop: int
+        state: TrainState, key: Key[Array, "*seeds"], part: Any, start: int, stop: int
     ) -> tuple[TrainState, Metrics]:
         state, sums = loop(state, key, part, start, stop)
         return sharding.share_state(state, joined=bool(key.ndim)), sums
@@ -65,22 +66,22 @@ def _loop(
     source: Batches,
     sharding: Sharding,
     state: TrainState,
-    key: jax.Array,
+    key: Key[Array, ""],
     part: Any,
     start: int,
     stop: int,
 ) -> tuple[TrainState, Metrics]:
     """Do the updates of a part, of one seed; also returns the sums of their metrics."""
 
-    def batch(step: jax.Array | int) -> Batch:
+    def batch(step: StepNumber) -> Batch:
         batch_key, _ = batches.keys_of(key, step)
         return sharding.share_batch(source.batch(part, batch_key, step))
 
-    def update(step: jax.Array | int, state: TrainState, batch: Batch):
+    def update(step: StepNumber, state: TrainState, batch: Batch):
         _, update_key = batches.keys_of(key, step)
         return agents.update(agent, state, batch, update_key)
 
-    def body(step: jax.Array, carry: tuple[TrainState, Batch, Metrics]):
+    def body(step: Int[Array, ""], carry: tuple[TrainState, Batch, Metrics]):
         state, now, sums = carry
         state, metrics = update(step, state, now)
         return state, batch(step + 1), jax.tree.map(jnp.add, sums, metrics)

@@ -15,6 +15,7 @@ from pigbench.data.logs import lerobot, tables
 from pigbench.data.logs.columns import LogTable
 from pigbench.data.logs.episode import LoggedEpisode, observe, prepare
 from pigbench.data.manifest import Spec
+from pigbench.data.shard import FieldArray
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
 from pigbench.support import files
@@ -110,7 +111,7 @@ def _splits(episodes: Sequence[LoggedEpisode]) -> dict[str, list[LoggedEpisode]]
     return {"train": train, "val": list(episodes[_EVERY - 1 :: _EVERY])}
 
 
-def _rows(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> dict[str, np.ndarray]:
+def _rows(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> dict[str, FieldArray]:
     lengths = [len(one.actions) for one in episodes]
     ends = np.cumsum(lengths) - 1
     return {

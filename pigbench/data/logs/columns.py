@@ -10,11 +10,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from pigbench.errors import UserError
 
-LogTable = Mapping[str, np.ndarray]
-"""An episode's columns by name, (rows,) each."""
+LogTable = Mapping[str, Float[np.ndarray, " rows"]]
+"""An episode's columns by name."""
+LogGroups = Mapping[str, Float[np.ndarray, "rows _"]]
+"""An episode's groups of columns by name."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +71,8 @@ that rest between open and shut. Either actions or commanded poses (all three gr
 TARGETS = ("target_pos", "target_yaw", "target_opening")
 
 
-def groups(name: str, table: LogTable) -> dict[str, np.ndarray]:
-    """The groups in a table, each (rows, columns). `name` names the table in error messages.
+def groups(name: str, table: LogTable) -> LogGroups:
+    """The groups in a table. `name` names the table in error messages.
 
     Raises UserError if columns are missing or numbers are implausible.
     """
@@ -90,7 +93,7 @@ def groups(name: str, table: LogTable) -> dict[str, np.ndarray]:
     return found
 
 
-def _check_range(name: str, group: Group, values: np.ndarray) -> None:
+def _check_range(name: str, group: Group, values: Float[np.ndarray, "rows _"]) -> None:
     for column, numbers in zip(group.names, values.T, strict=True):
         if not np.isfinite(numbers).all():
             row = int(np.argmin(np.isfinite(numbers)))

@@ -10,10 +10,11 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 from scipy.spatial.transform import Rotation
 
 from pigbench import envs
-from pigbench.data.logs.columns import TARGETS, LogTable, groups
+from pigbench.data.logs.columns import TARGETS, LogGroups, LogTable, groups
 from pigbench.envs import robot, servo
 from pigbench.envs.control import ACTION_SCALE
 from pigbench.envs.observation import PAD_FORCE_SCALE
@@ -48,13 +49,13 @@ class LoggedEpisode:
     """A log's episode at control steps, in the world's frame; `notes` lists its irregularities."""
 
     name: str
-    joint_pos: np.ndarray  # (steps, 6) rad
-    joint_vel: np.ndarray  # (steps, 6) rad/s
-    opening: np.ndarray  # (steps,) 0 open to 1 shut
-    contact: np.ndarray  # (steps,) 0 to 1
-    object_pos: np.ndarray  # (steps, 3) m
-    object_quat: np.ndarray  # (steps, 4)
-    actions: np.ndarray  # (steps, 5)
+    joint_pos: Float[np.ndarray, "steps 6"]  # rad
+    joint_vel: Float[np.ndarray, "steps 6"]  # rad/s
+    opening: Float[np.ndarray, " steps"]  # 0 open to 1 shut
+    contact: Float[np.ndarray, " steps"]  # 0 to 1
+    object_pos: Float[np.ndarray, "steps 3"]  # m
+    object_quat: Float[np.ndarray, "steps 4"]
+    actions: Float[np.ndarray, "steps 5"]
     notes: tuple[str, ...]
 
 
@@ -99,16 +100,18 @@ def prepare(name: str, table: LogTable) -> LoggedEpisode:
     )
 
 
-def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> np.ndarray:
-    """The environment's observations of all steps, one episode after another, (rows, o)."""
+def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> Float[np.ndarray, "rows o"]:
+    """The environment's observations of all steps, one episode after another."""
 
-    def joined(field: str) -> jax.Array:
+    def joined(field: str) -> Float[Array, "rows ..."]:
         return jnp.asarray(np.concatenate([getattr(one, field) for one in episodes]), jnp.float32)
 
     model, scene = env.scene.model, env.scene
     home, still = jnp.asarray(scene.home_qpos, jnp.float32), jnp.zeros(model.nv)
 
-    def observe(joint_pos, joint_vel, opening, contact, object_pos, object_quat) -> jax.Array:
+    def observe(
+        joint_pos, joint_vel, opening, contact, object_pos, object_quat
+    ) -> Float[Array, " o"]:
         pose = jnp.concatenate([object_pos, object_quat])
         qpos = home.at[scene.arm].set(joint_pos).at[scene.cubes_qpos].set(pose)
         pinch_pos, pinch_yaw = servo.pinch(joint_pos)
@@ -128,7 +131,7 @@ def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> np.ndarray:
     return np.asarray(jax.jit(jax.vmap(observe))(*map(joined, names)))
 
 
-def _check_clock(name: str, time: np.ndarray) -> None:
+def _check_clock(name: str, time: Float[np.ndarray, " rows"]) -> None:
     if len(time) < 2:
         raise UserError(f"{name} has {len(time)} rows: it must have at least two")
     steps = np.diff(time)
@@ -148,7 +151,9 @@ def _check_clock(name: str, time: np.ndarray) -> None:
         )
 
 
-def _check_velocities(name: str, joint_vel: np.ndarray, velocity: np.ndarray) -> None:
+def _check_velocities(
+    name: str, joint_vel: Float[np.ndarray, "steps 6"], velocity: Float[np.ndarray, "steps 6"]
+) -> None:
     """Raise UserError unless joint_vel matches the changes of joint_pos.
 
     Otherwise a unit is wrong, or the two come from different clocks.
@@ -168,7 +173,7 @@ def _check_velocities(name: str, joint_vel: np.ndarray, velocity: np.ndarray) ->
         )
 
 
-def _check_rate(name: str, time: np.ndarray) -> None:
+def _check_rate(name: str, time: Float[np.ndarray, " rows"]) -> None:
     usual = float(np.median(np.diff(time)))
     if not np.isclose(usual, CONTROL_STEP, rtol=0.1):
         raise UserError(
@@ -178,9 +183,12 @@ def _check_rate(name: str, time: np.ndarray) -> None:
 
 
 def _recovered(
-    name: str, joint_pos: np.ndarray, opening: np.ndarray, targets: LogTable
-) -> np.ndarray:
-    """The actions (steps, 5) that lead from the gripper's poses to the commanded ones."""
+    name: str,
+    joint_pos: Float[np.ndarray, "rows 6"],
+    opening: Float[np.ndarray, " rows"],
+    targets: LogGroups,
+) -> Float[np.ndarray, "rows 5"]:
+    """The actions that lead from the gripper's poses to the commanded ones."""
     here, yaw = _pinch(joint_pos)
     way = _to_world(targets["target_pos"]) - here
     far = float(np.median(np.linalg.norm(way, axis=-1)))
@@ -195,8 +203,10 @@ def _recovered(
     return np.column_stack([way, turn, grip]) / np.array(ACTION_SCALE)
 
 
-def _pinch(joint_pos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pinch points (rows, 3) in metres and yaws (rows,) in radians of joint angles (rows, 6)."""
+def _pinch(
+    joint_pos: Float[np.ndarray, "rows 6"],
+) -> tuple[Float[np.ndarray, "rows 3"], Float[np.ndarray, " rows"]]:
+    """Pinch points in metres and yaws in radians."""
     rows = len(joint_pos)
     # Padded to whole blocks, so that not every length is compiled anew.
     padded = np.pad(np.float32(joint_pos), ((0, -rows % _BLOCK), (0, 0)), mode="edge")
@@ -204,36 +214,44 @@ def _pinch(joint_pos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(pos)[:rows], np.asarray(yaw)[:rows]
 
 
-def _near_home(joint_pos: np.ndarray) -> np.ndarray:
-    """The same angles (rows, 6), unwrapped and shifted by whole turns to begin near home."""
+def _near_home(joint_pos: Float[np.ndarray, "rows 6"]) -> Float[np.ndarray, "rows 6"]:
+    """The same angles, unwrapped and shifted by whole turns to begin near home."""
     angles = np.unwrap(joint_pos, axis=0)
     return angles - 2 * np.pi * np.round((angles[0] - np.array(robot.HOME)) / (2 * np.pi))
 
 
-def _stands_between(opening: np.ndarray) -> np.ndarray:
+def _stands_between(opening: Float[np.ndarray, " steps"]) -> Float[np.ndarray, " steps"]:
     """Contact, inferred from fingers stopped on their way: neither moving, nor open, nor shut."""
     still = np.abs(np.gradient(opening)) < 0.01
     return (still & (opening > 0.1) & (opening < 0.95)).astype(float)
 
 
-def _linear(time: np.ndarray, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _linear(
+    time: Float[np.ndarray, " rows"],
+    grid: Float[np.ndarray, " steps"],
+    values: Float[np.ndarray, "rows n"],
+) -> Float[np.ndarray, "steps n"]:
     return np.column_stack([np.interp(grid, time, column) for column in values.T])
 
 
-def _holding(time: np.ndarray, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _holding(
+    time: Float[np.ndarray, " rows"],
+    grid: Float[np.ndarray, " steps"],
+    values: Float[np.ndarray, "rows n"],
+) -> Float[np.ndarray, "steps n"]:
     """The last value at or before each time of the grid; clocks may differ by a tenth of a step."""
     rows = np.searchsorted(time, grid + 0.1 * CONTROL_STEP, side="right") - 1
     return values[np.maximum(rows, 0)]
 
 
-def _to_world(pos: np.ndarray) -> np.ndarray:
-    """Positions (..., 3), converted from the base frame to the world's."""
+def _to_world(pos: Float[np.ndarray, "steps 3"]) -> Float[np.ndarray, "steps 3"]:
+    """Positions, converted from the base frame to the world's."""
     cos, sin = np.cos(BASE_YAW), np.sin(BASE_YAW)
     return pos @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]).T
 
 
-def _same_sign(name: str, quats: np.ndarray) -> np.ndarray:
-    """The same rotations (rows, 4), each with the sign that is nearer to the quaternion before."""
+def _same_sign(name: str, quats: Float[np.ndarray, "rows 4"]) -> Float[np.ndarray, "rows 4"]:
+    """The same rotations, each with the sign that is nearer to the quaternion before."""
     length = np.linalg.norm(quats, axis=-1)
     if np.abs(length - 1).max() > 0.05:
         row = int(np.abs(length - 1).argmax())
@@ -244,13 +262,13 @@ def _same_sign(name: str, quats: np.ndarray) -> np.ndarray:
     return quats * np.cumprod([1.0, *signs])[:, None]
 
 
-def _turned(quats: np.ndarray) -> np.ndarray:
-    """Quaternions (steps, 4), converted from the base frame to the world's and normalised."""
+def _turned(quats: Float[np.ndarray, "steps 4"]) -> Float[np.ndarray, "steps 4"]:
+    """Quaternions, converted from the base frame to the world's and normalised."""
     turned = Rotation.from_euler("z", BASE_YAW) * Rotation.from_quat(quats, scalar_first=True)
     return turned.as_quat(scalar_first=True)
 
 
-def _gaps(time: np.ndarray) -> list[str]:
+def _gaps(time: Float[np.ndarray, " rows"]) -> list[str]:
     steps = np.diff(time)
     return [
         f"a gap of {steps[row]:.2f} s at {time[row] - time[0]:.2f} s is bridged"
@@ -258,7 +276,9 @@ def _gaps(time: np.ndarray) -> list[str]:
     ]
 
 
-def _outliers(velocity: np.ndarray, pos: np.ndarray) -> list[str]:
+def _outliers(
+    velocity: Float[np.ndarray, "steps 6"], pos: Float[np.ndarray, "steps 3"]
+) -> list[str]:
     fast = np.abs(velocity).max(axis=-1) > FASTEST_JOINT
     jumps = np.linalg.norm(np.diff(pos, axis=0), axis=-1) > JUMP
     found = {
@@ -272,6 +292,6 @@ def _outliers(velocity: np.ndarray, pos: np.ndarray) -> list[str]:
     ]
 
 
-def _clipped(actions: np.ndarray) -> list[str]:
+def _clipped(actions: Float[np.ndarray, "steps 5"]) -> list[str]:
     beyond = np.abs(actions[:, :4]).max(axis=-1) > 1
     return [f"{beyond.sum()} of {len(beyond)} actions are clipped to 1"] if beyond.any() else []

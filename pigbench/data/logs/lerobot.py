@@ -86,7 +86,7 @@ def _episodes(path: Path, names: Mapping[str, list[str]]) -> Iterator[tuple[str,
     if missing:
         raise UserError(f"{path} has no column {min(missing)}")
     numbers = table.column("episode_index").to_numpy()
-    columns: dict[str, np.ndarray] = {"time": table.column("timestamp").to_numpy().astype(float)}
+    columns = {"time": table.column("timestamp").to_numpy().astype(float)}
     for feature, own in names.items():
         values = np.array(table.column(feature).to_pylist(), float)
         if values.shape != (len(numbers), len(own)):
