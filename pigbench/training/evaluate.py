@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int, Key, Shaped
 
 from pigbench import envs, seeds
 from pigbench.agents import Agent, Params
-from pigbench.envs.physics import PhysicsState, warn_of_overflow
+from pigbench.envs.physics import warn_of_overflow
 from pigbench.support import memory
 from pigbench.training import milestones
 from pigbench.training.episodes import Episode
@@ -123,8 +123,7 @@ def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) ->
 
 def outcome_of(rollout: Rollout, env: "envs.CubeEnv", evaluation: Evaluation) -> Outcome:
     """What came of a rollout that has ended. Warns if its physics ran out of memory."""
-    physics_states: PhysicsState = rollout.states.pipeline_state  # pyright: ignore[reportAssignmentType]
-    warn_of_overflow(physics_states)
+    warn_of_overflow(env.simulation(rollout.states))
     shape = (env.num_tasks, evaluation.episodes)
     return {name: np.asarray(rollout.values[name]).reshape(shape) for name in MEASURES}
 

@@ -9,7 +9,6 @@ from jaxtyping import Array, Bool, Float, Shaped
 from pigbench import envs
 from pigbench.envs.contact import HOLDING_DISTANCE, TOUCHING_DISTANCE, feels
 from pigbench.envs.observation import cube_poses
-from pigbench.envs.physics import PhysicsState
 from pigbench.training.measures import MEASURES, Fold
 from pigbench.training.measures import Value as Number
 
@@ -95,12 +94,12 @@ def advance(so_far: Values, moment: Moment, active: Bool[Array, ""]) -> Values:
 
 def cubes(env: "envs.CubeEnv", state: "envs.State") -> Float[Array, "cubes 3"]:
     """The positions of the cubes in one simulation in metres."""
-    return cube_poses(env.scene, _physics(state))[0]
+    return cube_poses(env.scene, env.simulation(state))[0]
 
 
 def moment(env: "envs.CubeEnv", state: "envs.State", start: Float[Array, "cubes 3"]) -> Moment:
     """The input of measures from one simulation; `start` is its cubes' initial positions."""
-    physics_state = _physics(state)
+    physics_state = env.simulation(state)
     return Moment(
         start=start,
         cubes=cubes(env, state),
@@ -110,7 +109,3 @@ def moment(env: "envs.CubeEnv", state: "envs.State", start: Float[Array, "cubes 
         success=state.info["success"],
         diverged=state.info["diverged"],
     )
-
-
-def _physics(state: "envs.State") -> PhysicsState:
-    return state.pipeline_state  # pyright: ignore[reportReturnType]
