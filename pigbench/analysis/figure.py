@@ -9,11 +9,12 @@ from pigbench.analysis.residuals import Residuals, by_mode
 from pigbench.report import canvas, styles
 
 _PANELS = {
-    "eikonal": ("Eikonal residual", "log"),
-    "hjb": ("HJB residual", "log"),
-    "gradient": ("Norm of the gradient", "log"),
-    "object": ("Share along the object", "linear"),
+    "eikonal": "Eikonal residual",
+    "hjb": "HJB residual",
+    "gradient": "Norm of the gradient",
+    "object": "Share along the object",
 }
+_LOGARITHMIC = "eikonal", "hjb", "gradient"
 _PANEL = 2.2, 2.6  # inches
 _WHISKERS = 5, 95  # percentiles
 
@@ -22,7 +23,7 @@ def draw(modes: Shaped[np.ndarray, " n"], residuals: Residuals, path: Path, *, t
     """Draw the quantities into the file `path`: boxes are quartiles, whiskers 5 to 95 %."""
     with canvas.look():
         figure, panels = canvas.grid(1, len(_PANELS), panel=_PANEL, legend=[], share_y=False)
-        for panel, (quantity, (label, scale)) in zip(panels[0], _PANELS.items(), strict=True):
+        for panel, (quantity, label) in zip(panels[0], _PANELS.items(), strict=True):
             values = by_mode(modes, getattr(residuals, quantity))
             panel.boxplot(
                 list(values.values()),
@@ -32,7 +33,8 @@ def draw(modes: Shaped[np.ndarray, " n"], residuals: Residuals, path: Path, *, t
                 showfliers=False,
                 medianprops={"color": styles.VERMILLION},
             )
-            panel.set_yscale(scale)
+            if quantity in _LOGARITHMIC:
+                canvas.log_axis(panel, "y")
             panel.set_title(label)
             panel.grid(visible=False, axis="x")
         figure.suptitle(title)

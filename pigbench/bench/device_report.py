@@ -126,8 +126,8 @@ def draw(entries: Sequence[MeasuredRow], path: Path) -> None:
                 color=_COLORS[engine],
                 linestyle=lines.get(environment, "-"),
             )
-        panel.set_xscale("log", base=2)
-        panel.set_yscale("log")
+        canvas.log_axis(panel, "x")
+        canvas.log_axis(panel, "y")
         panel.set_xlabel("simulations")
         panel.set_ylabel("control steps per second")
         canvas.add_legend(figure, handles)

@@ -4,7 +4,7 @@ import contextlib
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -14,7 +14,13 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.container import Container
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter, MaxNLocator
+from matplotlib.ticker import (
+    EngFormatter,
+    FuncFormatter,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+)
 
 from pigbench.errors import lookup
 from pigbench.support import files
@@ -37,6 +43,7 @@ _LOOK: dict[Any, Any] = {
 }
 # No dates in files: same runs, same bytes.
 _METADATA = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
+_LABELLED = 1, 2, 5  # multiples of powers of ten on a logarithmic axis
 # Inches.
 _LEAST_WIDTH = 4.8
 _LEGEND_LINE = 0.18
@@ -122,6 +129,19 @@ def add_legend(figure: Figure, handles: Mapping[str, Artist | Container]) -> Non
         loc="outside lower center",
         ncols=_legend_columns(figure.get_figwidth(), list(handles)),
     )
+
+
+def log_axis(panel: Axes, name: Literal["x", "y"]) -> None:
+    """Make an axis logarithmic, with plain numbers as labels: Matplotlib's own are formulas."""
+    panel.set(**{f"{name}scale": "log"})
+    axis = panel.xaxis if name == "x" else panel.yaxis
+    axis.set_major_locator(LogLocator(subs=_LABELLED))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _number(value)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _number(value: float) -> str:
+    return EngFormatter(sep="")(value) if value >= 1 else f"{value:g}"
 
 
 def step_axis(panel: Axes) -> None:

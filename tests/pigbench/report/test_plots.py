@@ -1,9 +1,12 @@
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image
 
 from pigbench.errors import UserError
-from pigbench.report import plots, stats, styles
+from pigbench.report import canvas, plots, stats, styles
 from pigbench.report.scoring import Scoring
 
 
@@ -66,6 +69,28 @@ def test_the_extension_tells_the_format_and_bytes_repeat(tmp_path, results, kind
     plots.plot(results[::-1], tmp_path / name, kind=kind)
     assert first.startswith(magic)
     assert (tmp_path / name).read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("values", "labels"),
+    [((20_000, 140_000), ["20k", "50k", "100k"]), ((0.002, 300), ["0.01", "1", "100"])],
+)
+def test_logarithmic_axes_have_plain_numbers(tmp_path, values, labels):
+    with canvas.look():
+        figure, panels = canvas.grid(1, 1, panel=(3, 2), legend=[])
+        panels[0, 0].plot(values, values)
+        canvas.log_axis(panels[0, 0], "x")
+        canvas.log_axis(panels[0, 0], "y")
+        canvas.save(figure, tmp_path / "a.svg")
+    texts = re.findall("<!-- (.*) -->", (tmp_path / "a.svg").read_text())
+    assert not any("$" in text for text in texts)
+    assert all(texts.count(label) == 2 for label in labels)
+
+
+def test_no_figure_has_a_logarithmic_axis_of_its_own():
+    code = Path(canvas.__file__).parents[1]
+    own = {path.name for path in code.rglob("*.py") if 'scale("log"' in path.read_text()}
+    assert own <= {"scaling.py"}  # whose labels are the sizes
 
 
 def test_the_folder_is_made(tmp_path, results):
