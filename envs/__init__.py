@@ -1,7 +1,7 @@
 """OGBench's cube environments and a real robot's, in JAX: `make("cube-double")` is a Brax `Env`.
 
-Brax, and the MJX that comes with it, take seconds to import, so they are imported only when an
-environment is made, not to list environments.
+Brax and MuJoCo take long to import, so they are imported only when an environment is made, not to
+list environments.
 
 Arrays have their axes in their types, as in `Float[Array, "cube 3"]`. `cube` counts the cubes and
 `joint` the arm's six joints; `action` and `observation` are the lengths of those; `nq`, `nv` and
@@ -13,7 +13,6 @@ pytree have their axes in one simulation.
 from typing import TYPE_CHECKING, Any
 
 from pigbench.envs.reality import REAL, Reality
-from pigbench.envs.scene import build
 from pigbench.envs.tasks import TASKS, EnvSpec, Task
 from pigbench.errors import UserError, lookup
 from pigbench.names import check
@@ -75,6 +74,7 @@ def make(
     `reward` is a key of `rewards.REWARDS`, by default the benchmark's.
     """
     from pigbench.envs import environment, physics
+    from pigbench.envs.scene import build
 
     spec = lookup("environment", SPECS, name)
     scene = build(spec.num_cubes, profile)

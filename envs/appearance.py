@@ -17,6 +17,7 @@ import mujoco
 import numpy as np
 
 from pigbench.envs import robot, scene
+from pigbench.envs.cubes import CUBE_HALF_SIZE
 
 # Colours are red, green, blue; cubes, floor and lights are as in OGBench's pictures.
 CUBE_COLORS = (
@@ -151,9 +152,7 @@ def _color_cube(spec: mujoco.MjSpec, index: int) -> None:
     color = cube_color(index)
     spec.geom(f"cube_{index}").rgba = (*color, 1.0)
     goal = spec.worldbody.add_body(name=f"goal_{index}", mocap=True, pos=NOWHERE)
-    _add_shape(
-        goal, mujoco.mjtGeom.mjGEOM_BOX, (*color, GOAL_OPACITY), size=(scene.CUBE_HALF_SIZE,) * 3
-    )
+    _add_shape(goal, mujoco.mjtGeom.mjGEOM_BOX, (*color, GOAL_OPACITY), size=(CUBE_HALF_SIZE,) * 3)
 
 
 def _add_capsules(spec: mujoco.MjSpec) -> None:

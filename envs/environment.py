@@ -9,6 +9,7 @@ from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from pigbench.envs import control, kinematics, observation, workspace
+from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
 from pigbench.envs.quiet import quiet
@@ -16,7 +17,6 @@ from pigbench.envs.reality import Reality, sensing
 from pigbench.envs.reality.sensing import World
 from pigbench.envs.rewards import REWARDS, Situation
 from pigbench.envs.rotations import yaw_quat
-from pigbench.envs.scene import CUBE_HALF_SIZE
 from pigbench.envs.tasks import START_JITTER, EnvSpec
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Space

@@ -19,11 +19,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from pigbench.envs import robot
+from pigbench.envs.cubes import CUBE_DENSITY, CUBE_HALF_SIZE
 from pigbench.errors import lookup
 
-CUBE_HALF_SIZE = 0.02
-CUBE_DENSITY = 1240.0
-MAX_CUBES = 16  # more would start on one another, and push each other off the table
 PHYSICS_STEP = 0.002
 CONTROL_STEP = 0.05
 SUBSTEPS = round(CONTROL_STEP / PHYSICS_STEP)

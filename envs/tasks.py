@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from pigbench.envs.cubes import CUBE_HALF_SIZE, MAX_CUBES
 from pigbench.envs.reality import Reality
-from pigbench.envs.scene import CUBE_HALF_SIZE, MAX_CUBES
 from pigbench.errors import UserError
 
 SUCCESS_DISTANCE = 0.04  # metres from its target within which a cube is placed

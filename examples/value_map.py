@@ -18,7 +18,7 @@ import tyro
 
 from pigbench import seeds
 from pigbench.envs import workspace
-from pigbench.envs.scene import CUBE_HALF_SIZE
+from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.report import canvas
 from pigbench.training.restore import restore
 

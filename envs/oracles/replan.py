@@ -21,12 +21,12 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from pigbench.envs import control, workspace
+from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.observation import cube_poses, gripper_contact
 from pigbench.envs.oracles.policy import ScriptedPolicy
 from pigbench.envs.oracles.targets import Target
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import nearest_symmetry, quat_yaw
-from pigbench.envs.scene import CUBE_HALF_SIZE
 from pigbench.envs.units import CENTRE
 
 TRIPS = 2  # to the centre, and away

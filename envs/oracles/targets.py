@@ -6,7 +6,7 @@ from flax import struct
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
 from pigbench.envs import workspace
-from pigbench.envs.scene import CUBE_HALF_SIZE
+from pigbench.envs.cubes import CUBE_HALF_SIZE
 
 ON_TOP_DISTANCE = 0.02  # metres in x and y within which a higher cube lies on a lower one
 FIRST_STACKING = 0.5  # the probability for an episode's first target

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Real
 
-from pigbench.envs.scene import CONTROL_STEP, CUBE_HALF_SIZE
+from pigbench.envs.cubes import CUBE_HALF_SIZE
+from pigbench.envs.scene import CONTROL_STEP
 from pigbench.envs.units import metres
 from pigbench.errors import UserError
 from pigbench.layout import Layout

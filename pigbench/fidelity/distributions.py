@@ -12,10 +12,11 @@ from pigbench import envs, seeds
 from pigbench.data import collect
 from pigbench.data.collect import Simulation
 from pigbench.envs import workspace
+from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.observation import cube_poses, gripper_contact
 from pigbench.envs.oracles import POLICIES, ScriptedPolicy
 from pigbench.envs.oracles.targets import ON_TOP_DISTANCE
-from pigbench.envs.scene import CUBE_HALF_SIZE, Scene
+from pigbench.envs.scene import Scene
 from pigbench.envs.tasks import SUCCESS_DISTANCE
 from pigbench.errors import lookup
 from pigbench.fidelity.recording import PeerRecording

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Shaped
 
 from pigbench import envs
+from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.observation import (
     PAD_FORCE_SCALE,
     cube_poses,
@@ -18,7 +19,7 @@ from pigbench.envs.observation import (
     gripper_opening,
 )
 from pigbench.envs.physics import PhysicsState
-from pigbench.envs.scene import CUBE_HALF_SIZE, Scene
+from pigbench.envs.scene import Scene
 from pigbench.envs.tasks import SUCCESS_DISTANCE
 from pigbench.fidelity.recording import PeerRecording
 

@@ -1,10 +1,10 @@
-"""TensorBoard events, in the run's folder `tensorboard`. TensorBoard shows films only as GIFs."""
+"""TensorBoard events, in the run's folder `tensorboard`. TensorBoard shows films only as GIFs.
+
+The library is imported when it is used: this is the default, whose name every `--help` shows.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
-
-from tensorboardX import SummaryWriter
-from tensorboardX.proto.summary_pb2 import Summary  # pyright: ignore[reportAttributeAccessIssue]
 
 from pigbench.support import files, pictures
 from pigbench.trackers.registry import register
@@ -18,6 +18,8 @@ class TensorBoard(Tracker):
     """TensorBoard events. Those beyond the step from which training resumes are hidden."""
 
     def __init__(self, run: Run, *, step: int) -> None:
+        from tensorboardX import SummaryWriter
+
         super().__init__(run, step=step)
         self._folder = run.path / FOLDER
         self._events = SummaryWriter(str(self._folder), purge_step=step + 1)
@@ -31,6 +33,10 @@ class TensorBoard(Tracker):
 
     def film(self, step: int, name: str, path: Path) -> None:
         """Write the film as a smaller GIF."""
+        from tensorboardX.proto.summary_pb2 import (  # pyright: ignore[reportAttributeAccessIssue]
+            Summary,
+        )
+
         gif, height, width = pictures.gif_of_mp4(path)
         image = Summary.Image(height=height, width=width, colorspace=3, encoded_image_string=gif)
         summary = Summary(value=[Summary.Value(tag=name, image=image)])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pigbench.envs import appearance
-from pigbench.envs.scene import MAX_CUBES
+from pigbench.envs.cubes import MAX_CUBES
 
 
 @pytest.fixture(params=["meshes", "capsules"])

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from pigbench.envs import CubeEnv, EnvSpec, Task
+from pigbench.envs.cubes import MAX_CUBES
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics import MujocoPhysics
-from pigbench.envs.scene import MAX_CUBES, WALLS
+from pigbench.envs.scene import WALLS
 from pigbench.errors import UserError
 
 COLUMNS = 4
