@@ -24,7 +24,7 @@ PACKAGES = ("jaxlib", "mujoco-mjx", "warp-lang", "flax", "optax", "brax")
 # MJX in JAX compiles for minutes, longer with every possible contact: one pad box per finger.
 _PROFILES = {"mjx-jax": "fast"}
 # Estimated seconds per row before one of its kind has been measured; mostly compilation.
-_SECONDS = {"mjx-warp": 60.0, "mujoco": 15.0, "mjx-jax": 180.0}
+_SECONDS = {"mjx-warp": 30.0, "mujoco": 15.0, "mjx-jax": 180.0}
 _TRAINING_SECONDS = 30.0
 _ON_CPU = (1, 16)  # simulations at once for the engines that are slow there
 _DEFAULT, _OTHERS = "default", ("highest", "BF16_BF16_F32", "high")
