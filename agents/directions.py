@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float
 
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics, require_statistics
 from pigbench.errors import lookup
 from pigbench.layout import Layout
+from pigbench.shapes import Array
 
 
 @runtime_checkable

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Scalar
 
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 MAX_AWR_WEIGHT = 100.0
 

@@ -16,8 +16,8 @@ from jaxtyping import Float
 from pigbench.agents import directions
 from pigbench.agents.directions import DIRECTIONS, Coordinates, Direction, Motion
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.shapes import Array
 from pigbench.errors import lookup, require
+from pigbench.shapes import Array
 
 ValueFunction = Callable[[Float[Array, "batch n"]], Float[Array, "batch"]]
 ValuesAndResiduals = tuple[Float[Array, "batch"], Float[Array, "batch"]]
@@ -25,7 +25,7 @@ OWN = Direction()
 
 
 class Steps(NamedTuple):
-    """B transitions as an agent sees them."""
+    """Transitions as an agent sees them."""
 
     states: Float[Array, "batch n"]
     next_states: Float[Array, "batch n"]

@@ -28,8 +28,8 @@ _CHUNK = 10  # control steps per call
 _WHOLE = 0.98  # least share of an evaluation's control steps that must be run
 _BEFORE = 50  # control steps after which the grippers are in contact with cubes
 
-Controls = Float[Array, "simulations nu"]
-Run = Callable[[Simulation], tuple[Simulation, dict[str, Shaped[Array, "steps simulations ..."]]]]
+Controls = Float[Array, "simulation nu"]
+Run = Callable[[Simulation], tuple[Simulation, dict[str, Shaped[Array, "time simulation ..."]]]]
 Advance = Callable[[PhysicsState, Controls], object]
 """A control step of a batch of states under given controls."""
 

@@ -33,7 +33,7 @@ class Split:
         return sum(record.rows for record in self.records)
 
     @property
-    def episode_ends(self) -> Int[np.ndarray, " episodes"]:
+    def episode_ends(self) -> Int[np.ndarray, "episode"]:
         """Each episode's last row; reads no file if all episodes are equally long."""
         length = self.spec.rows_per_episode
         if not length:

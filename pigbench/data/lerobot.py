@@ -34,7 +34,7 @@ TASKS_PATH = "meta/tasks.parquet"
 _SPLITS = ("train", "val")
 _RATE = round(1 / CONTROL_STEP)  # frames per second
 
-Columns = Mapping[str, Shaped[np.ndarray, "frames ..."]]  # of one episode
+Columns = Mapping[str, Shaped[np.ndarray, "time ..."]]  # of one episode
 LeRobotStatistics = Mapping[str, Mapping[str, list[Any]]]  # by column, then by name
 
 
@@ -158,7 +158,7 @@ def _record(columns: Columns, where: Mapping[str, int], task: str) -> dict[str, 
     }
 
 
-def _statistics(values: Shaped[np.ndarray, "frames ..."]) -> dict[str, list[Any]]:
+def _statistics(values: Shaped[np.ndarray, "time ..."]) -> dict[str, list[Any]]:
     rows = values.reshape(len(values), -1)
     exact = rows.astype(np.float64)
     return {

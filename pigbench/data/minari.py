@@ -88,7 +88,7 @@ def _write_episode(path: Path, episode: Mapping[str, FieldArray]) -> None:
     actions[-1] = 0
     rows = np.arange(len(actions))
 
-    def vectors(values: Float[np.ndarray, "rows n"]) -> Any:
+    def vectors(values: Float[np.ndarray, "row n"]) -> Any:
         kind = pa.list_(pa.float32(), values.shape[1])
         return pa.FixedSizeListArray.from_arrays(values.ravel(), type=kind)
 

@@ -313,7 +313,7 @@ class _Source:
             yield {field: {**content, "terminals": terminals}[field] for field in fields}
 
     def _with_last_states(
-        self, content: Mapping[str, FieldArray], ends: Int[np.ndarray, " episodes"]
+        self, content: Mapping[str, FieldArray], ends: Int[np.ndarray, "episode"]
     ) -> dict[str, FieldArray]:
         """Convert rows of transitions to rows of states; an episode's last state has no action."""
         observations, after = content["observations"], content[_NEXT]

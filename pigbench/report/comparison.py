@@ -29,8 +29,8 @@ class Pool(NamedTuple):
 class Profile(NamedTuple):
     """The percentage of runs above each threshold, and its interval, (2, thresholds)."""
 
-    share: Float[np.ndarray, " thresholds"]
-    band: Float[np.ndarray, "2 thresholds"] | None
+    share: Float[np.ndarray, "threshold"]
+    band: Float[np.ndarray, "2 threshold"] | None
 
 
 def pool(results: Iterable[Result], scoring: Scoring) -> Pool:
@@ -97,11 +97,11 @@ def improvements(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estima
 
 
 def profiles(
-    pooled: Pool, thresholds: Float[np.ndarray, " thresholds"], scoring: Scoring
+    pooled: Pool, thresholds: Float[np.ndarray, "threshold"], scoring: Scoring
 ) -> dict[str, Profile]:
     """The performance profile of each method over `thresholds`, in percent."""
 
-    def measure(strata: Strata) -> Float[np.ndarray, "*batch thresholds"]:
+    def measure(strata: Strata) -> Float[np.ndarray, "*batch threshold"]:
         return 100 * measures.profile(strata, thresholds)
 
     return {

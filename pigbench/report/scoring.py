@@ -140,7 +140,7 @@ def _known(
     }
 
 
-def stratum(results: Sequence[Result], scoring: Scoring) -> Float[np.ndarray, "runs units"]:
+def stratum(results: Sequence[Result], scoring: Scoring) -> Float[np.ndarray, "run unit"]:
     """The success rates of a cell's results by unit: one for all tasks, or one of each task."""
     units = UNITS[scoring.over](results)
     return np.stack([_rates(results, scoring, unit) for unit in units], axis=-1)
@@ -196,7 +196,7 @@ def _rates(
     scoring: Scoring,
     task: TaskLabel | None = None,
     score: Callable[[Sequence[Episode]], float] = stats.success_rate,
-) -> Float[np.ndarray, " runs"]:
+) -> Float[np.ndarray, "run"]:
     """The success rate or another score of each result, on one task or all."""
     steps = _steps(results, scoring)
     rates = [
@@ -228,6 +228,6 @@ def _steps(results: Sequence[Result], scoring: Scoring) -> Sequence[int]:
     return steps
 
 
-def _estimate(rates: Float[np.ndarray, " runs"], scoring: Scoring) -> Estimate:
+def _estimate(rates: Float[np.ndarray, "run"], scoring: Scoring) -> Estimate:
     bounds = bootstrap.interval([rates[:, None]], measures.mean, seed=scoring.bootstrap_seed)
     return stats.estimate(rates)._replace(interval=bounds)

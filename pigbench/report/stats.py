@@ -180,7 +180,7 @@ def ended_within(group: Iterable[Episode], distance: float) -> float:
     return 100 * sum(end <= distance for end in known) / len(known) if known else math.nan
 
 
-def estimate(values: Sequence[float] | Float[np.ndarray, " runs"]) -> Estimate:
+def estimate(values: Sequence[float] | Float[np.ndarray, "run"]) -> Estimate:
     """Mean and standard deviation of one value per seed."""
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     return Estimate(float(np.mean(values)), deviation, seeds=len(values))

@@ -29,8 +29,8 @@ from pigbench.training.provenance import package_versions
 from pigbench.training.restore import Trained
 from pigbench.training.run import PROVENANCE_FILE, STATISTICS_FILE
 
-States = Float[Array, "batch o"]
-Actions = Float[Array, "batch a"]
+States = Float[Array, "batch observation"]
+Actions = Float[Array, "batch action"]
 
 FORMAT = 1
 PARAMETERS_FILE = "parameters.safetensors"
