@@ -61,7 +61,7 @@ def make(
     reality: Reality | None = None,
     reward: str = "sparse",
 ) -> "CubeEnv":
-    """The environment called `name`; `UserError` if there is none.
+    """The environment called `name`; `UserError` if it or another name is unknown.
 
     `engine` is a key of `physics.ENGINES`, by default the one for JAX's device. `reality` holds the
     imperfections of sensing and acting, by default the environment's own; `Reality()` has none.

@@ -27,7 +27,7 @@ class Pool(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """The percentage of runs above each threshold, and its interval, (2, thresholds)."""
+    """The percentage of runs above each threshold, and its interval, low and high."""
 
     share: Float[np.ndarray, "threshold"]
     band: Float[np.ndarray, "2 threshold"] | None

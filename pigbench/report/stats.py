@@ -128,14 +128,12 @@ def require_level(results: Sequence[Result]) -> None:
 
 def evaluation(result: Result, steps: Collection[int]) -> dict[str, list[Any]]:
     """The settings of the evaluations after these training steps: all values, by name."""
-    episodes = [episode for episode in result.episodes if episode.step in steps]
-    counts = Counter((episode.step, episode.task) for episode in episodes)
+    counted = [episode for episode in result.episodes if episode.step in steps]
+    counts = Counter((episode.step, episode.task) for episode in counted)
     return {
         EPISODES: sorted(set(counts.values())),
-        "evaluation seed": sorted({episode.seed for episode in episodes}),
-        "engine": sorted(
-            {episode.engine or result.run.config.engine or "" for episode in episodes}
-        ),
+        "evaluation seed": sorted({episode.seed for episode in counted}),
+        "engine": sorted({episode.engine or result.run.config.engine or "" for episode in counted}),
     }
 
 

@@ -20,8 +20,7 @@ from pigbench.training.measures import MEASURES, Value
 
 _REPORT_EVERY = 50  # control steps
 
-
-Outcome = Mapping[str, Shaped[np.ndarray, "task episode"]]  # by measure of `milestones`
+Outcome = Mapping[str, Shaped[np.ndarray, "task episode"]]  # by name in `MEASURES`
 Report = Callable[[int], None]  # called with the control steps that the longest episode has taken
 Evaluator = Callable[[Params, Report], Outcome]
 
