@@ -16,6 +16,7 @@ from pigbench.report import bootstrap, measures, stats
 from pigbench.report.conditions import unequal
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.seeds import Seed
+from pigbench.support.grouping import grouped
 from pigbench.training.episodes import Episode
 from pigbench.training.measures import MEASURES
 
@@ -78,7 +79,7 @@ class Scoring:
 
     def counted(self, result: Result) -> Result:
         """The result without the episodes of its evaluations that do not count."""
-        evaluations = stats.grouped(result.episodes, lambda episode: (episode.step, episode.task))
+        evaluations = grouped(result.episodes, lambda episode: (episode.step, episode.task))
         kept = [one for own in evaluations.values() for one in own[: self.first_episodes]]
         return result._replace(episodes=kept)
 

@@ -7,9 +7,9 @@ over runs that differ only in their seeds.
 import dataclasses
 import itertools
 import math
-from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -17,15 +17,13 @@ from jaxtyping import Float
 from pigbench.errors import UserError
 from pigbench.report.bootstrap import Interval
 from pigbench.support.compare import first_difference
+from pigbench.support.grouping import grouped
 from pigbench.training import episodes
 from pigbench.training.episodes import Episode
 from pigbench.training.measures import MEASURES, Measure
 from pigbench.training.run import Run
 
 EPISODES = "episodes per task"  # a name of `evaluation`
-
-Key = TypeVar("Key", bound=Hashable)
-Item = TypeVar("Item")
 
 
 class Estimate(NamedTuple):
@@ -182,14 +180,6 @@ def estimate(values: Sequence[float] | Float[np.ndarray, "run"]) -> Estimate:
     """Mean and standard deviation of one value per seed."""
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     return Estimate(float(np.mean(values)), deviation, seeds=len(values))
-
-
-def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
-    """The items of each key, in their given order."""
-    groups: dict[Key, list[Item]] = defaultdict(list)
-    for item in items:
-        groups[key(item)].append(item)
-    return dict(groups)
 
 
 def _all_but_seed(result: Result) -> Mapping[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from pigbench.errors import UserError
 from pigbench.support import files
+from pigbench.support.grouping import grouped
 from pigbench.training.measures import MEASURES, Value
 
 
@@ -106,10 +107,12 @@ def best_step(episodes: Iterable[Episode]) -> int:
 
     Raises ValueError if there are no episodes.
     """
-    by_step: dict[int, list[float]] = {}
-    for episode in episodes:
-        by_step.setdefault(episode.step, []).append(float(episode.measures["success"]))
-    return max(sorted(by_step), key=lambda step: sum(by_step[step]) / len(by_step[step]))
+    by_step = grouped(episodes, lambda episode: episode.step)
+
+    def rate(step: int) -> float:
+        return sum(one.measures["success"] for one in by_step[step]) / len(by_step[step])
+
+    return max(sorted(by_step), key=rate)
 
 
 def _columns() -> dict[str, type]:
