@@ -70,11 +70,7 @@ class Cell(NamedTuple):
 
 def read_results(runs: Iterable[Run]) -> list[Result]:
     """The runs with their episodes. Raises UserError if a run has none."""
-    runs = list(runs)
-    found = [
-        Result(run, episodes.read(run.episodes_path) if run.episodes_path.exists() else [])
-        for run in runs
-    ]
+    found = [Result(run, episodes.read_any(run.episodes_path)) for run in runs]
     empty = [str(result.run.path) for result in found if not result.episodes]
     if empty:
         raise UserError(f"no evaluation yet in {', '.join(empty)}; use `pigbench evaluate`")

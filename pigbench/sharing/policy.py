@@ -153,8 +153,8 @@ def _kept(path: Path) -> Any:
 
 def _success(trained: Trained) -> dict[str, Any] | None:
     """The success rate over this checkpoint's evaluation episodes; None if there are none."""
-    path, step = trained.run.episodes_path, int(trained.state.step)
-    rows = [row for row in episodes.read(path) if row.step == step] if path.exists() else []
+    step = int(trained.state.step)
+    rows = [row for row in episodes.read_any(trained.run.episodes_path) if row.step == step]
     if not rows:
         return None
     return {

@@ -56,7 +56,7 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
     if not new:
         return  # a file without episodes is torn
     steps = {episode.step for episode in new}
-    old = [episode for episode in read(path) if episode.step not in steps] if path.exists() else []
+    old = [episode for episode in read_any(path) if episode.step not in steps]
     _write(path, sorted(old + new, key=lambda episode: episode[: len(_KEYS)]))
 
 
@@ -89,12 +89,17 @@ def read(path: Path) -> list[Episode]:
     return [_parse(path, number, header, row) for number, row in numbered]
 
 
+def read_any(path: Path) -> list[Episode]:
+    """The episodes in the file as by `read`, or none if there is no file yet."""
+    return read(path) if path.exists() else []
+
+
 def keep(path: Path, wanted: Callable[[int], bool]) -> None:
     """Remove the episodes of unwanted steps from the file, if it exists.
 
     If no episode is left, the file is removed too.
     """
-    old = read(path) if path.exists() else []
+    old = read_any(path)
     kept = [episode for episode in old if wanted(episode.step)]
     if not kept:
         path.unlink(missing_ok=True)
