@@ -94,7 +94,7 @@ def aggregate_table(
 ) -> Table:
     """Interquartile mean and mean of each method over the environments that all methods have."""
     cells = comparison.common(scoring.cells(results))
-    pooled = comparison.pool(results, scoring)
+    pooled = comparison.pool(cells, scoring)
     estimates = comparison.aggregates(pooled, scoring)
     return Table(
         caption=(
@@ -117,7 +117,7 @@ def improvement_table(
     Raises UserError if there is only one method.
     """
     cells = comparison.common(scoring.cells(results))
-    pooled = comparison.pool(results, scoring)
+    pooled = comparison.pool(cells, scoring)
     estimates = comparison.improvements(pooled, scoring)
     return Table(
         caption=(
