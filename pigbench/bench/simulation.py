@@ -12,9 +12,9 @@ import numpy as np
 from jaxtyping import Array, Float, Shaped
 from mujoco.batch import Batch
 
-from pigbench import agents, envs
+from pigbench import envs
 from pigbench.bench.timing import Contender
-from pigbench.bench.training import standard
+from pigbench.bench.training import untrained
 from pigbench.data import collect
 from pigbench.data.collect import Simulation
 from pigbench.envs.control import servo_targets
@@ -103,10 +103,7 @@ def evaluation(
     env: "envs.CubeEnv", episodes: int, method: str, preset: str, *, name: str
 ) -> Contender:
     """Whole evaluations of a method's untrained policy; an item is one episode's control step."""
-    agent = agents.build(
-        method, agents.get(method).preset(preset), env.space, statistics=standard(env)
-    )
-    params = agents.create(agent, jax.random.key(0)).params
+    agent, params = untrained(env, method, preset)
     evaluate = make_evaluator(env, agent, Evaluation(episodes))
     steps = env.num_tasks * episodes * env.episode_length
 
