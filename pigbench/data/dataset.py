@@ -95,6 +95,12 @@ class Dataset:
         """The SHA-256 of the manifest, and thus of all the data."""
         return files.sha256(self.folder / manifest.FILE_NAME)
 
+    @property
+    def splits(self) -> dict[str, Split]:
+        """The splits that hold rows, by name."""
+        held = dict.fromkeys(record.split for record in self.manifest.shards if record.rows)
+        return {name: self.split(name) for name in held}
+
     def split(self, name: str) -> Split:
         """The split `name`. Raises UserError if it does not exist or is empty."""
         lookup("split", self.spec.episodes, name)
