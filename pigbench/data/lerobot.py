@@ -45,6 +45,7 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
     pa, pq = required("pyarrow", "pyarrow.parquet", extra="share")
     files.require_new_folder(path)
     splits = dataset.splits
+    shards = itertools.chain.from_iterable(map(_shards, splits.values()))
     total = sum(split.rows for split in splits.values())
     task = f"{dataset.spec.policy} data of {dataset.spec.environment}: any state may be the goal"
     records: list[dict[str, Any]] = []
@@ -52,9 +53,7 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
         lock.replacing_folder(path) as new,
         Progress("export", total=total, unit="frames") as progress,
     ):
-        for number, shard in enumerate(
-            itertools.chain.from_iterable(map(_shards, splits.values()))
-        ):
+        for number, shard in enumerate(shards):
             where = {"chunk_index": number // CHUNK_SIZE, "file_index": number % CHUNK_SIZE}
             file = _path(new, DATA_PATH.format(**where))
             with pq.ParquetWriter(file, _schema(pa, dataset)) as writer:
