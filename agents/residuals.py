@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Float
 
 from pigbench.agents import directions
-from pigbench.agents.directions import DIRECTIONS, Coordinates, Direction, Motion
+from pigbench.agents.directions import DIRECTIONS, Coordinates, Direction
 from pigbench.agents.norms import safe_norm
 from pigbench.errors import lookup, require
 from pigbench.shapes import Array
@@ -58,7 +58,7 @@ def hjb_residual(
     next_states: Float[Array, "batch n"],
     *,
     epsilon: float,
-    direction: Motion = OWN,
+    direction: Direction = OWN,
 ) -> ValuesAndResiduals:
     """(grad_s d . u + 1)^2 with d = -V, the contact-aware HJB residual.
 
