@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from pigbench import envs, seeds
+from pigbench import seeds
 from pigbench.agents import FlowHierarchy, Params
 from pigbench.analysis.modes import HOLDING, contact_modes, pinch_points
 from pigbench.data import sampler
@@ -59,7 +59,7 @@ def draw(split: Split, agent: FlowHierarchy, layout: Layout, *, samples: int, se
 
 
 def measure(
-    env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
+    agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
 ) -> dict[str, Float[np.ndarray, "batch"]]:
     """Metres in x and y from the subgoal's pinch point to the cube.
 

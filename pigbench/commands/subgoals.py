@@ -76,7 +76,7 @@ class SubgoalErrors:
             data.split("val"), agent, env.layout, samples=self.samples, seed=self.seed
         )
         if len(before.starts):
-            misses = grasps.measure(env, agent, state.acting, before, seed=self.seed)
+            misses = grasps.measure(agent, state.acting, before, seed=self.seed)
             grid = markdown_grid([("subgoal", "grasps", *_columns("off")), *_grasp_lines(misses)])
             table += f"\n{grid}\n\n{_GRASP_CAPTION.format(steps=steps)}\n"
         print(table)
