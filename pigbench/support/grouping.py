@@ -1,6 +1,6 @@
-"""Items grouped by a key, without the sorting that `itertools.groupby` asks for."""
+"""Items that have something in common."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Iterable
 from typing import TypeVar
 
@@ -14,3 +14,8 @@ def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list
     for item in items:
         groups[key(item)].append(item)
     return dict(groups)
+
+
+def repeated(items: Iterable[Key]) -> Key | None:
+    """The first item that occurs again; None if all differ."""
+    return next((item for item, count in Counter(items).items() if count > 1), None)
