@@ -23,6 +23,8 @@ Axes of one thing's numbers:
 - `x`: a state or subgoal in a low level's representation
 - `nq`, `nv`, `nu`: MuJoCo's positions, velocities and controls
 - `n`, `m`: any vector, such as an embedding
+
+Other names, such as `keyframe`, belong to the file that has them.
 """
 
 from typing import TYPE_CHECKING
