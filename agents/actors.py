@@ -15,7 +15,7 @@ from pigbench.agents import losses
 from pigbench.agents.agent import Agent, Config, LossAndMetrics, Metrics, Params
 from pigbench.agents.networks import Policy, apply
 from pigbench.agents.representations import GOALS
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 
 class PolicyAgent(Agent[Config]):

@@ -14,10 +14,10 @@ from pigbench.agents.constraints import Constraint
 from pigbench.agents.directions import Coordinates
 from pigbench.agents.regularizers import NoRegularizer, Regularizer
 from pigbench.agents.representations import GOALS, Representation
-from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
 from pigbench.layout import Space
+from pigbench.shapes import Array
 
 Params = dict[str, PyTree]  # network name -> parameters
 Metrics = dict[str, Scalar]  # "<part>/<quantity>" -> value

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from flax import struct
 from jaxtyping import Float, Int
 
-from pigbench.agents.shapes import Array
 from pigbench.errors import UserError
+from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Sampling:
 
 @struct.dataclass
 class Subgoals:
-    """What a hierarchy also needs, for the same B transitions.
+    """What a hierarchy also needs, for the same transitions.
 
     A subgoal is the state K steps after the transition's first state, or the goal or the episode's
     last state if that comes sooner.
@@ -74,7 +74,7 @@ class Subgoals:
 
 @struct.dataclass
 class Batch:
-    """B transitions, each with a goal for the value and a goal for the actor."""
+    """Transitions, each with a goal for the value and a goal for the actor."""
 
     observations: Float[Array, "batch observation"]
     actions: Float[Array, "batch action"]

@@ -12,8 +12,8 @@ from jaxtyping import Float
 
 from pigbench.agents import losses
 from pigbench.agents.residuals import HJB, Eikonal, Steps, ValueFunction, gradient_norm
-from pigbench.agents.shapes import Array
 from pigbench.errors import require
+from pigbench.shapes import Array
 from pigbench.support.schema import BY_KIND
 
 

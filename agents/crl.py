@@ -19,8 +19,8 @@ from pigbench.agents.agent import LossAndMetrics, Params, combine
 from pigbench.agents.batch import Batch, GoalMixture
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import BilinearCritic, apply_ensemble, init_ensemble
-from pigbench.agents.shapes import Array
 from pigbench.errors import require
+from pigbench.shapes import Array
 
 GEOMETRIC_FUTURE = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=True)
 

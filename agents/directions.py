@@ -6,32 +6,16 @@ choice: joint velocities, for example, account for most of a squared displacemen
 """
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics, require_statistics
 from pigbench.errors import lookup
 from pigbench.layout import Layout
-
-
-@runtime_checkable
-class Motion(Protocol):
-    """A function that gives the direction in which states move."""
-
-    def __call__(
-        self,
-        states: Float[Array, "batch n"],
-        next_states: Float[Array, "batch n"],
-        /,
-        *,
-        epsilon: float,
-    ) -> Float[Array, "batch n"]:
-        """u, which is 0 where nothing moves."""
-        ...
+from pigbench.shapes import Array
 
 
 class Direction(NamedTuple):

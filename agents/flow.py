@@ -15,7 +15,7 @@ from jaxtyping import Float, Int, PRNGKeyArray, PyTree
 
 from pigbench.agents.agent import LossAndMetrics
 from pigbench.agents.networks import MLP, apply
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 Velocity = Callable[[Float[Array, "*batch n"], Float[Array, "*batch"]], Float[Array, "*batch n"]]
 """v(x, t)."""

@@ -31,10 +31,10 @@ from pigbench.agents.gcivl import GCIVLConfig
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
-from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics, require_statistics
 from pigbench.errors import UserError, lookup, require
 from pigbench.layout import Space
+from pigbench.shapes import Array
 
 T = TypeVar("T")
 

@@ -17,8 +17,8 @@ from pigbench.agents.agent import LossAndMetrics, Params, combine, describe
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import Critic, Value, apply, apply_ensemble, init_ensemble
-from pigbench.agents.shapes import Array
 from pigbench.errors import require
+from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)

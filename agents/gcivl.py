@@ -21,8 +21,8 @@ from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import Value, apply, apply_ensemble, init_ensemble
 from pigbench.agents.regularizers import NoRegularizer, Regularizer
 from pigbench.agents.residuals import Steps, ValuesAndResiduals
-from pigbench.agents.shapes import Array
 from pigbench.errors import lookup, require
+from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)

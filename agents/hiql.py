@@ -29,8 +29,8 @@ from pigbench.agents.config import AgentConfig
 from pigbench.agents.networks import MLP, Policy, Value, apply, apply_ensemble, init_ensemble
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.representations import GOALS
-from pigbench.agents.shapes import Array
 from pigbench.errors import require
+from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)

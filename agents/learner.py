@@ -10,7 +10,7 @@ from jaxtyping import Int, PRNGKeyArray
 
 from pigbench.agents.agent import Agent, Metrics, Params
 from pigbench.agents.batch import Batch
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 
 @struct.dataclass

@@ -5,20 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Scalar
 
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 MAX_AWR_WEIGHT = 100.0
-
-
-def td_target(
-    rewards: Float[Array, "batch"],
-    continuations: Float[Array, "batch"],
-    next_values: Float[Array, "*member batch"],
-    *,
-    discount: float,
-) -> Float[Array, "*member batch"]:
-    """One-step backup r + discount * m * V(s'), with m = 0 at terminal states, else 1."""
-    return rewards + discount * continuations * next_values
 
 
 def goal_td_target(
@@ -28,12 +17,13 @@ def goal_td_target(
     discount: float,
     goal_reward: float = 0.0,
 ) -> Float[Array, "*member batch"]:
-    """The backup with reward `goal_reward` at the goal, which is terminal, and 1 less elsewhere.
+    """The one-step backup r + discount V(s'), or r alone at the goal, which is terminal.
 
-    `success` is 1 at the goal, else 0. By default, each step costs 1 until the goal is reached.
+    The reward r is `goal_reward` at the goal and 1 less elsewhere; `success` is 1 at the goal, else
+    0. By default, each step costs 1 until the goal is reached.
     """
     rewards = success - 1 + goal_reward
-    return td_target(rewards, 1 - success, next_values, discount=discount)
+    return rewards + discount * (1 - success) * next_values
 
 
 def expectile(

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float, PRNGKeyArray, PyTree
 
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 
 class MLP(nn.Module):

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Float
 
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 
 def safe_norm(vectors: Float[Array, "*batch n"]) -> Float[Array, "*batch"]:

@@ -22,8 +22,8 @@ from pigbench.agents.constraints import Constraint, TransitionConstraint
 from pigbench.agents.networks import LatentDynamics, apply
 from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
 from pigbench.agents.residuals import Steps
-from pigbench.agents.shapes import Array
 from pigbench.errors import UserError, lookup, require
+from pigbench.shapes import Array
 from pigbench.support.schema import BY_KIND
 
 RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False)

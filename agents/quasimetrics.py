@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from pigbench.agents.networks import MLP
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 
 def interval_lengths(

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from pigbench.agents.shapes import Array
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Layout
+from pigbench.shapes import Array
 
 REPRESENTATIONS: Mapping[str, str] = {
     "full": "all",

@@ -14,10 +14,10 @@ import jax.numpy as jnp
 from jaxtyping import Float
 
 from pigbench.agents import directions
-from pigbench.agents.directions import DIRECTIONS, Coordinates, Direction, Motion
+from pigbench.agents.directions import DIRECTIONS, Coordinates, Direction
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.shapes import Array
 from pigbench.errors import lookup, require
+from pigbench.shapes import Array
 
 ValueFunction = Callable[[Float[Array, "batch n"]], Float[Array, "batch"]]
 ValuesAndResiduals = tuple[Float[Array, "batch"], Float[Array, "batch"]]
@@ -25,7 +25,7 @@ OWN = Direction()
 
 
 class Steps(NamedTuple):
-    """B transitions as an agent sees them."""
+    """Transitions as an agent sees them."""
 
     states: Float[Array, "batch n"]
     next_states: Float[Array, "batch n"]
@@ -58,7 +58,7 @@ def hjb_residual(
     next_states: Float[Array, "batch n"],
     *,
     epsilon: float,
-    direction: Motion = OWN,
+    direction: Direction = OWN,
 ) -> ValuesAndResiduals:
     """(grad_s d . u + 1)^2 with d = -V, the contact-aware HJB residual.
 

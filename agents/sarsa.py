@@ -14,7 +14,7 @@ from jaxtyping import Float, PRNGKeyArray
 
 from pigbench.agents.agent import LossAndMetrics, Params, describe
 from pigbench.agents.networks import Critic, Value, apply, apply_ensemble, init_ensemble
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)

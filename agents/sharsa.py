@@ -18,9 +18,9 @@ from pigbench.agents.config import AgentConfig
 from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
-from pigbench.agents.shapes import Array
 from pigbench.errors import require
 from pigbench.layout import Space
+from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)

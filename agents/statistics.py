@@ -24,14 +24,14 @@ class Table(Protocol):
 
 
 class Statistics(NamedTuple):
-    """Mean and deviation of n coordinates; constants, as the data are."""
+    """Mean and deviation of each coordinate; constants, as the data are."""
 
     mean: Float32[np.ndarray, "n"]
     deviation: Float32[np.ndarray, "n"]  # at least `DEVIATION_FLOOR`
 
     @classmethod
     def of(cls, observations: Table) -> "Statistics":
-        """Statistics of the rows of `observations` (N, n), evenly subsampled if N is large."""
+        """Statistics of the rows of `observations`, evenly subsampled if there are many."""
         stride = -(-len(observations) // _ROWS)
         rows = np.asarray(observations[::stride], np.float64)
         deviation = np.maximum(rows.std(axis=0), DEVIATION_FLOOR)

@@ -2,12 +2,6 @@
 
 Brax and MuJoCo take long to import, so they are imported only when an environment is made, not to
 list environments.
-
-Arrays have their axes in their types, as in `Float[Array, "cube 3"]`. `cube` counts the cubes and
-`joint` the arm's six joints; `action` and `observation` are the lengths of those; `nq`, `nv` and
-`nu` are MuJoCo's lengths of positions, velocities and controls; and `*batch` is any leading axes.
-Functions without leading axes are for one simulation: vmap them. Fields of a dataclass that is a
-pytree have their axes in one simulation.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -67,7 +61,7 @@ def make(
     reality: Reality | None = None,
     reward: str = "sparse",
 ) -> "CubeEnv":
-    """The environment called `name`; `UserError` if there is none.
+    """The environment called `name`; `UserError` if it or another name is unknown.
 
     `engine` is a key of `physics.ENGINES`, by default the one for JAX's device. `reality` holds the
     imperfections of sensing and acting, by default the environment's own; `Reality()` has none.

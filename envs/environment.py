@@ -30,7 +30,6 @@ USER_TASK = 0  # task id of a scene that the user gave; ids of the table's tasks
 _REALITY = 1000  # folded into an episode's key, for the draws of its `reality`
 NO_TASK = -1  # replaces an invalid task id that is traced, so that it cannot be refused
 
-
 TaskId = Int[Array, ""] | int | np.integer
 
 

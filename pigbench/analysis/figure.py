@@ -19,7 +19,9 @@ _PANEL = 2.2, 2.6  # inches
 _WHISKERS = 5, 95  # percentiles
 
 
-def draw(modes: Shaped[np.ndarray, " n"], residuals: Residuals, path: Path, *, title: str) -> None:
+def draw(
+    modes: Shaped[np.ndarray, "batch"], residuals: Residuals, path: Path, *, title: str
+) -> None:
     """Draw the quantities into the file `path`: boxes are quartiles, whiskers 5 to 95 %."""
     with canvas.look():
         figure, panels = canvas.grid(1, len(_PANELS), panel=_PANEL, legend=[], share_y=False)

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from pigbench import envs, seeds
+from pigbench import seeds
 from pigbench.agents import FlowHierarchy, Params
 from pigbench.analysis.modes import HOLDING, contact_modes, pinch_points
 from pigbench.data import sampler
@@ -29,12 +29,12 @@ _DRAWS = 200_000  # of transitions and goals; only those before grasps are kept
 
 
 class Grasps(NamedTuple):
-    """N states before grasps, with their goals."""
+    """States before grasps, with their goals."""
 
-    starts: Float[np.ndarray, "n o"]  # observations
-    ahead: Float[np.ndarray, "n o"]  # K steps later, when a cube is held
-    goals: Float[np.ndarray, "n o"]  # more than 2 K steps later
-    cube: Float[np.ndarray, "n 2"]  # metres, x and y of the held cube K steps later
+    starts: Float[np.ndarray, "batch observation"]
+    ahead: Float[np.ndarray, "batch observation"]  # K steps later, when a cube is held
+    goals: Float[np.ndarray, "batch observation"]  # more than 2 K steps later
+    cube: Float[np.ndarray, "batch 2"]  # metres, x and y of the held cube K steps later
 
 
 def draw(split: Split, agent: FlowHierarchy, layout: Layout, *, samples: int, seed: int) -> Grasps:
@@ -59,8 +59,8 @@ def draw(split: Split, agent: FlowHierarchy, layout: Layout, *, samples: int, se
 
 
 def measure(
-    env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
-) -> dict[str, Float[np.ndarray, " n"]]:
+    agent: FlowHierarchy, params: Params, grasps: Grasps, *, seed: int
+) -> dict[str, Float[np.ndarray, "batch"]]:
     """Metres in x and y from the subgoal's pinch point to the cube.
 
     Measured for the data's subgoal and for one drawn from the agent.
@@ -77,14 +77,16 @@ def measure(
     }
 
 
-def pinch(agent: FlowHierarchy, subgoals: Float[Array, "n x"]) -> Float[np.ndarray, "n 3"]:
+def pinch(agent: FlowHierarchy, subgoals: Float[Array, "batch x"]) -> Float[np.ndarray, "batch 3"]:
     """The pinch points of subgoals in metres."""
     return pinch_points(np.asarray(agent.represent.restore(subgoals)), agent.represent.layout)
 
 
 def _held_cube(
-    starts: Float[np.ndarray, "n o"], ahead: Float[np.ndarray, "n o"], layout: Layout
-) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, " n"]]:
+    starts: Float[np.ndarray, "batch observation"],
+    ahead: Float[np.ndarray, "batch observation"],
+    layout: Layout,
+) -> tuple[Float[np.ndarray, "batch 2"], Float[np.ndarray, "batch"]]:
     """Position in `ahead` of the cube nearest to the pinch point, and how far it moved.
 
     Both in metres, in x and y; the motion is from the cube's position in `starts`.

@@ -15,8 +15,8 @@ MODES = FREE, TOUCHING, HOLDING
 
 
 def contact_modes(
-    observations: Float[np.ndarray, "n o"], layout: Layout
-) -> Shaped[np.ndarray, " n"]:
+    observations: Float[np.ndarray, "batch observation"], layout: Layout
+) -> Shaped[np.ndarray, "batch"]:
     """The mode of each observation, a string of `MODES`.
 
     The finger pad feels no force (free), a force with a cube around the pinch point (holding), or a
@@ -31,8 +31,8 @@ def contact_modes(
 
 
 def pinch_points(
-    observations: Float[np.ndarray, "n o"], layout: Layout
-) -> Float[np.ndarray, "n 3"]:
+    observations: Float[np.ndarray, "batch observation"], layout: Layout
+) -> Float[np.ndarray, "batch 3"]:
     """The pinch point of each observation in metres; from the joints if need be."""
     if "effector_pos" in layout:
         return metres(observations[:, layout["effector_pos"]])

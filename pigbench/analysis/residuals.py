@@ -23,7 +23,7 @@ _BATCH = 1000
 
 
 class Residuals(NamedTuple):
-    """Measurements of n transitions.
+    """Measurements of transitions.
 
     `eikonal` and `hjb` are the residuals of `agents/residuals.py`, with the goals and coordinates
     with which the agent trains its value (a hierarchy its low level's), and with its own constants
@@ -32,16 +32,16 @@ class Residuals(NamedTuple):
     their coordinates (NaN where the gradient is zero).
     """
 
-    eikonal: Float[np.ndarray, " n"]
-    hjb: Float[np.ndarray, " n"]
-    gradient: Float[np.ndarray, " n"]
-    robot: Float[np.ndarray, " n"]
-    object: Float[np.ndarray, " n"]
+    eikonal: Float[np.ndarray, "batch"]
+    hjb: Float[np.ndarray, "batch"]
+    gradient: Float[np.ndarray, "batch"]
+    robot: Float[np.ndarray, "batch"]
+    object: Float[np.ndarray, "batch"]
 
 
 def measure(
     agent: Agent, params: Params, rows: Rows, *, samples: int, seed: int
-) -> tuple[Shaped[np.ndarray, " n"], Residuals]:
+) -> tuple[Shaped[np.ndarray, "batch"], Residuals]:
     """Contact modes and residuals of `samples` transitions, for the agent's value goals.
 
     Raises UserError if the agent learns no state value.
@@ -58,16 +58,16 @@ def measure(
 @partial(jax.jit, static_argnums=0)
 def _measure_batch(
     agent: Agent, params: Params, rows: Rows, key: Key[Array, ""]
-) -> tuple[Float[Array, "b ..."], ...]:
+) -> tuple[Float[Array, "batch ..."], ...]:
     """The states and the columns of `Residuals`."""
     batch = sampler.sample(key, rows, agent.sampling, _BATCH)
 
     learner, learned, seen = agent.value_learner(params, batch)
 
-    def value(states: Float[Array, "b x"]) -> Float[Array, " b"]:
+    def value(states: Float[Array, "batch x"]) -> Float[Array, "batch"]:
         return jax.vmap(learner.state_value, (None, 0, 0))(learned, states, seen.value_goals)
 
-    def residuals(kind: type[Equation]) -> Float[Array, " b"]:
+    def residuals(kind: type[Equation]) -> Float[Array, "batch"]:
         return equation(kind, learner).residuals(value, steps)[1]
 
     states = seen.observations
@@ -75,7 +75,7 @@ def _measure_batch(
     gradients = jax.grad(lambda states: value(states).sum())(states)
     squares = gradients**2 / jnp.sum(gradients**2, axis=-1, keepdims=True)
 
-    def share(group: str) -> Float[Array, " b"]:
+    def share(group: str) -> Float[Array, "batch"]:
         parts = learner.layout.group(group).values()
         return sum((squares[:, part].sum(axis=-1) for part in parts), start=jnp.zeros(len(states)))
 
@@ -89,8 +89,8 @@ def equation(kind: type[Equation], agent: Agent) -> Equation:
 
 
 def by_mode(
-    modes: Shaped[np.ndarray, " n"], values: Float[np.ndarray, " n"]
-) -> Mapping[str, Float[np.ndarray, " _"]]:
+    modes: Shaped[np.ndarray, "batch"], values: Float[np.ndarray, "batch"]
+) -> Mapping[str, Float[np.ndarray, "_"]]:
     """The finite `values` of each mode that occurs."""
     finite = np.isfinite(values)
     return {mode: values[finite & (modes == mode)] for mode in MODES if (modes == mode).any()}

@@ -23,7 +23,7 @@ from pigbench.envs.units import POSITION_SCALE
 from pigbench.errors import UserError
 from pigbench.layout import Layout
 
-Way = Callable[[Float[Array, "n o"], Int[Array, ""]], Float[Array, "n a"]]
+Way = Callable[[Float[Array, "batch observation"], Int[Array, ""]], Float[Array, "batch action"]]
 """Maps observations and the number of steps done to actions."""
 
 STILL, REPLAYED = "no motion", "the data's actions"
@@ -33,18 +33,18 @@ AHEAD, FIXED, BOTH = "low level, K ahead", "low level, fixed subgoal", "both lev
 class Distances(NamedTuple):
     """Distances in metres from the data's state; `cube` is that of the farthest cube."""
 
-    pinch: Float[np.ndarray, " n"]
-    cube: Float[np.ndarray, " n"]
+    pinch: Float[np.ndarray, "batch"]
+    cube: Float[np.ndarray, "batch"]
 
 
 class Stretches(NamedTuple):
-    """n stretches of K steps from a data set, each followed by K steps of the same episode."""
+    """Stretches of K steps from a data set, each followed by K steps of the same episode."""
 
-    qpos: Float[np.ndarray, "n nq"]  # at their starts
-    qvel: Float[np.ndarray, "n nv"]  # at their starts
-    starts: Float[np.ndarray, "n o"]  # observations
-    ahead: Float[np.ndarray, "k n o"]  # K steps after each step; the first: stretches' ends
-    actions: Float[np.ndarray, "k n a"]
+    qpos: Float[np.ndarray, "batch nq"]  # at their starts
+    qvel: Float[np.ndarray, "batch nv"]  # at their starts
+    starts: Float[np.ndarray, "batch observation"]
+    ahead: Float[np.ndarray, "time batch observation"]  # K steps later; the first: at their ends
+    actions: Float[np.ndarray, "time batch action"]
 
 
 def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
@@ -71,13 +71,13 @@ def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
 
 def measure(
     env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, stretches: Stretches, *, seed: int
-) -> tuple[Shaped[np.ndarray, " n"], Mapping[str, Distances]]:
+) -> tuple[Shaped[np.ndarray, "batch"], Mapping[str, Distances]]:
     """Contact modes at the stretches' starts, and distances at their ends for each way."""
     starts, aims = stretches.starts, stretches.ahead[0]
     subgoals = agent.represent(jnp.asarray(stretches.ahead))
     actions = jnp.asarray(stretches.actions)
 
-    def keys(time: Int[Array, ""]) -> Key[Array, " n"]:
+    def keys(time: Int[Array, ""]) -> Key[Array, "batch"]:
         return jax.random.split(jax.random.fold_in(seeds.key(seed), time), len(starts))
 
     act, follow = (jax.vmap(way, (None, 0, 0, 0)) for way in (agent.act, agent.follow))
@@ -93,11 +93,15 @@ def measure(
     }
 
 
-def _simulate(env: "envs.CubeEnv", way: Way, stretches: Stretches) -> Float[np.ndarray, "n o"]:
+def _simulate(
+    env: "envs.CubeEnv", way: Way, stretches: Stretches
+) -> Float[np.ndarray, "batch observation"]:
     """Observations at the stretches' ends."""
 
     @jax.jit
-    def run(qpos: Float[Array, "n nq"], qvel: Float[Array, "n nv"]) -> Float[Array, "n o"]:
+    def run(
+        qpos: Float[Array, "batch nq"], qvel: Float[Array, "batch nv"]
+    ) -> Float[Array, "batch observation"]:
         def step(states, time):
             actions = way(jax.vmap(env.observe)(states), time)
             return jax.vmap(env.simulate)(states, actions), None
@@ -110,9 +114,11 @@ def _simulate(env: "envs.CubeEnv", way: Way, stretches: Stretches) -> Float[np.n
 
 
 def _distances(
-    states: Float[np.ndarray, "n o"], aims: Float[np.ndarray, "n o"], layout: Layout
+    states: Float[np.ndarray, "batch observation"],
+    aims: Float[np.ndarray, "batch observation"],
+    layout: Layout,
 ) -> Distances:
-    def apart(part: slice) -> Float[np.ndarray, " n"]:
+    def apart(part: slice) -> Float[np.ndarray, "batch"]:
         return np.linalg.norm(states[:, part] - aims[:, part], axis=-1) / POSITION_SCALE
 
     cubes = [apart(part) for part in layout.group("object_positions").values()]

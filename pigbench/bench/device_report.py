@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pigbench.bench.budget import FAILED, RATE, SKIPPED
 from pigbench.report import styles
 from pigbench.report.formats import markdown_grid
+from pigbench.support.grouping import grouped
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -107,9 +108,7 @@ def draw(entries: Sequence[MeasuredRow], path: Path) -> None:
     from pigbench.report import canvas  # imports Matplotlib, which takes long
 
     done = [entry for entry in entries if entry["what"] == "steps" and _done(entry)]
-    curves: dict[tuple[str, str], list[MeasuredRow]] = {}
-    for entry in done:
-        curves.setdefault((entry["environment"], entry["engine"]), []).append(entry)
+    curves = grouped(done, lambda entry: (entry["environment"], entry["engine"]))
     if not curves:
         return
     lines = dict(zip(dict.fromkeys(name for name, _ in curves), _LINES, strict=False))

@@ -7,9 +7,9 @@ from functools import partial
 import jax
 import numpy as np
 
-from pigbench import agents, envs
+from pigbench import envs
 from pigbench.bench.timing import Contender
-from pigbench.bench.training import standard
+from pigbench.bench.training import untrained
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.fidelity import peer
 
@@ -28,10 +28,7 @@ def generation(environment: str) -> Contender:
 def evaluation(ours: "envs.CubeEnv", method: str, preset: str) -> Contender:
     """Evaluation episodes of a method's untrained policy; an item is a control step."""
     env = peer.make(ours.spec.name, mode="task")
-    agent = agents.build(
-        method, agents.get(method).preset(preset), ours.space, statistics=standard(ours)
-    )
-    params = agents.create(agent, jax.random.key(0)).params
+    agent, params = untrained(ours, method, preset)
     act = jax.jit(agent.act)
 
     def control_steps() -> Iterator[None]:

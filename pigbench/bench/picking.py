@@ -29,14 +29,14 @@ _STATES = 256  # in which a control step is compared, at most
 class Picks(NamedTuple):
     """Picks and places, and states and controls sampled from all of them."""
 
-    distances: Float[np.ndarray, " picks"]  # metres from the cube to its target at the plan's end
-    diverged: Bool[np.ndarray, " picks"]
-    qpos: Float[np.ndarray, "states nq"]
-    qvel: Float[np.ndarray, "states nv"]
-    ctrl: Float[np.ndarray, "states nu"]
+    distances: Float[np.ndarray, "pick"]  # metres from the cube to its target at the plan's end
+    diverged: Bool[np.ndarray, "pick"]
+    qpos: Float[np.ndarray, "batch nq"]
+    qvel: Float[np.ndarray, "batch nv"]
+    ctrl: Float[np.ndarray, "batch nu"]
 
     @property
-    def placed(self) -> Bool[np.ndarray, " picks"]:
+    def placed(self) -> Bool[np.ndarray, "pick"]:
         """Whether each cube ended at its target."""
         return ~self.diverged & (self.distances < SUCCESS_DISTANCE)
 
@@ -44,8 +44,8 @@ class Picks(NamedTuple):
 class StepErrors(NamedTuple):
     """Distances from C after one control step: of the farthest joint and the farthest cube."""
 
-    arm: Float[np.ndarray, " states"]  # radians
-    cube: Float[np.ndarray, " states"]  # metres
+    arm: Float[np.ndarray, "batch"]  # radians
+    cube: Float[np.ndarray, "batch"]  # metres
 
 
 def pick_and_place(env: "envs.CubeEnv", count: int) -> Picks:
@@ -95,7 +95,7 @@ def step_errors(env: "envs.CubeEnv", picks: Picks) -> StepErrors:
     )
 
 
-def _in_c(scene: Scene, picks: Picks) -> Float[np.ndarray, "states nq"]:
+def _in_c(scene: Scene, picks: Picks) -> Float[np.ndarray, "batch nq"]:
     """C's `qpos` after a control step from each state; `mj_forward` precedes controls."""
     data = mujoco.MjData(scene.model)
     ends = []

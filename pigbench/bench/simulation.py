@@ -12,9 +12,9 @@ import numpy as np
 from jaxtyping import Array, Float, Shaped
 from mujoco.batch import Batch
 
-from pigbench import agents, envs
+from pigbench import envs
 from pigbench.bench.timing import Contender
-from pigbench.bench.training import standard
+from pigbench.bench.training import untrained
 from pigbench.data import collect
 from pigbench.data.collect import Simulation
 from pigbench.envs.control import servo_targets
@@ -28,8 +28,8 @@ _CHUNK = 10  # control steps per call
 _WHOLE = 0.98  # least share of an evaluation's control steps that must be run
 _BEFORE = 50  # control steps after which the grippers are in contact with cubes
 
-Controls = Float[Array, "simulations nu"]
-Run = Callable[[Simulation], tuple[Simulation, dict[str, Shaped[Array, "steps simulations ..."]]]]
+Controls = Float[Array, "simulation nu"]
+Run = Callable[[Simulation], tuple[Simulation, dict[str, Shaped[Array, "time simulation ..."]]]]
 Advance = Callable[[PhysicsState, Controls], object]
 """A control step of a batch of states under given controls."""
 
@@ -103,10 +103,7 @@ def evaluation(
     env: "envs.CubeEnv", episodes: int, method: str, preset: str, *, name: str
 ) -> Contender:
     """Whole evaluations of a method's untrained policy; an item is one episode's control step."""
-    agent = agents.build(
-        method, agents.get(method).preset(preset), env.space, statistics=standard(env)
-    )
-    params = agents.create(agent, jax.random.key(0)).params
+    agent, params = untrained(env, method, preset)
     evaluate = make_evaluator(env, agent, Evaluation(episodes))
     steps = env.num_tasks * episodes * env.episode_length
 

@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from pigbench import agents, envs
-from pigbench.agents import AgentConfig, Statistics
+from pigbench.agents import Agent, AgentConfig, Params, Statistics
 from pigbench.bench.timing import Contender, Timing
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.sampler import Rows
@@ -52,7 +52,7 @@ def updates(
     Seeds are trained together; an item is one seed's update.
     """
     keys = [jax.random.split(jax.random.key(seed)) for seed in range(seeds)]
-    agent = agents.build(method, config, env.space, statistics=standard(env))
+    agent = agents.build(method, config, env.space, statistics=_standard(env))
     key = join([step_key for _, step_key in keys])
     run = make_updates(agent, key, Drawn(rows, agent))
     state, done = join([agents.create(agent, init_key) for init_key, _ in keys]), 0
@@ -65,7 +65,14 @@ def updates(
     return Contender(name or method, work, items=seeds)
 
 
-def standard(env: "envs.CubeEnv") -> Statistics:
+def untrained(env: "envs.CubeEnv", method: str, preset: str) -> tuple[Agent, Params]:
+    """A method's agent at a preset, with initial parameters."""
+    config = agents.get(method).preset(preset)
+    agent = agents.build(method, config, env.space, statistics=_standard(env))
+    return agent, agents.create(agent, jax.random.key(0)).params
+
+
+def _standard(env: "envs.CubeEnv") -> Statistics:
     """Statistics of the observations of `noise`."""
     return Statistics.standard(env.observation_size)
 

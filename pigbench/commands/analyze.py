@@ -82,7 +82,7 @@ class Analyze:
         print(f"wrote the table and the figure to {out}")
 
 
-def _lines(modes: Shaped[np.ndarray, " n"], residuals: Residuals) -> list[tuple[str, ...]]:
+def _lines(modes: Shaped[np.ndarray, "batch"], residuals: Residuals) -> list[tuple[str, ...]]:
     medians = [
         {mode: scale * np.median(values) for mode, values in by_mode(modes, column).items()}
         for column, scale in zip(residuals, _SCALES, strict=True)

@@ -2,7 +2,6 @@
 
 import dataclasses
 from pathlib import Path
-from shlex import quote
 from typing import Annotated
 
 import tyro
@@ -13,7 +12,7 @@ from pigbench.errors import UserError
 from pigbench.report.formats import markdown_grid
 from pigbench.sharing import card
 from pigbench.sharing import data as sharing
-from pigbench.support import files
+from pigbench.support import files, typed
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,7 +72,7 @@ class DataFilter:
         print(f"\n{selection.summary(judged)}")
         selection.write(data, self.out, judged, self.criteria, self.limits)
         selection.write_report(self.out, data, judged, self.limits)
-        print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
+        print(typed.complete(self.out, seen_by="data info"))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -162,7 +161,7 @@ class DataPull:
         """Fetch what is missing."""
         files.require_folder(self.out)
         hub.pull(self.repository, self.out, revision=self.revision)
-        print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
+        print(typed.complete(self.out, seen_by="data info"))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -192,4 +191,4 @@ class DataImport:
             raise UserError("no files are given: name those of the training split, or a folder")
         read = formats.reader(self.format)
         read(self.files, environment=self.environment, physics=self.physics, folder=self.out)
-        print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
+        print(typed.complete(self.out, seen_by="data info"))

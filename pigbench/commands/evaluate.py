@@ -88,8 +88,7 @@ class Evaluate:
         Raises UserError if they are more than `count`, unless `replace` is set.
         """
         step = int(trained.state.step)
-        recorded = episodes.read(path) if path.exists() else []
-        old = [episode for episode in recorded if episode.step == step]
+        old = [episode for episode in episodes.read_any(path) if episode.step == step]
         if not old:
             return
         engine = old[0].engine or trained.run.config.engine

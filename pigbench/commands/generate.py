@@ -4,7 +4,6 @@ import contextlib
 import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
-from shlex import quote
 from typing import Annotated
 
 import jax
@@ -20,7 +19,7 @@ from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.errors import UserError, lookup, require
 from pigbench.seeds import Seed
-from pigbench.support import files, memory
+from pigbench.support import files, memory, typed
 from pigbench.support.lock import only_writer
 from pigbench.training.provenance import package_versions
 
@@ -105,7 +104,7 @@ class Generate:
             if writer.missing():
                 with self._source(env, spec) as source:
                     collect.write_missing(env, policy, spec, writer, source)
-        print(f"{self.out} is complete; see it with: pigbench data info {quote(str(self.out))}")
+        print(typed.complete(self.out, seen_by="data info"))
 
     @contextlib.contextmanager
     def _source(self, env: "envs.CubeEnv", spec: Spec) -> Iterator[collect.Source]:

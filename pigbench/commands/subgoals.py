@@ -76,7 +76,7 @@ class SubgoalErrors:
             data.split("val"), agent, env.layout, samples=self.samples, seed=self.seed
         )
         if len(before.starts):
-            misses = grasps.measure(env, agent, state.acting, before, seed=self.seed)
+            misses = grasps.measure(agent, state.acting, before, seed=self.seed)
             grid = markdown_grid([("subgoal", "grasps", *_columns("off")), *_grasp_lines(misses)])
             table += f"\n{grid}\n\n{_GRASP_CAPTION.format(steps=steps)}\n"
         print(table)
@@ -89,7 +89,7 @@ def _columns(what: str) -> list[str]:
 
 
 def _lines(
-    modes: Shaped[np.ndarray, " n"], distances: Mapping[str, Distances]
+    modes: Shaped[np.ndarray, "batch"], distances: Mapping[str, Distances]
 ) -> Iterator[tuple[str, ...]]:
     for mode in MODES:
         chosen = modes == mode
@@ -99,10 +99,10 @@ def _lines(
             yield mode, str(chosen.sum()), way, *_millimetres(*(x[chosen] for x in apart))
 
 
-def _grasp_lines(misses: Mapping[str, Float[np.ndarray, " n"]]) -> Iterator[tuple[str, ...]]:
+def _grasp_lines(misses: Mapping[str, Float[np.ndarray, "batch"]]) -> Iterator[tuple[str, ...]]:
     for whose, distances in misses.items():
         yield whose, str(len(distances)), *_millimetres(distances)
 
 
-def _millimetres(*columns: Float[np.ndarray, " n"]) -> list[str]:
+def _millimetres(*columns: Float[np.ndarray, "batch"]) -> list[str]:
     return [f"{1e3 * x:.1f}" for column in columns for x in np.percentile(column, _PERCENTILES)]

@@ -6,7 +6,6 @@ import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from shlex import quote
 from typing import Any
 
 import jax
@@ -20,7 +19,7 @@ from pigbench.data.dataset import Dataset
 from pigbench.data.defaults import HomeChoice
 from pigbench.errors import UserError, lookup
 from pigbench.seeds import Seed
-from pigbench.support import files
+from pigbench.support import files, typed
 from pigbench.support.lock import only_writer
 from pigbench.training.evaluation import Evaluation
 from pigbench.training.provenance import provenance
@@ -153,7 +152,7 @@ class Train:
                 )
                 jax.block_until_ready(states)
             for folder in group:
-                print(f"{folder} is complete; see it with: pigbench table {quote(str(folder))}")
+                print(typed.complete(folder, seen_by="table"))
 
     @property
     def agent_config(self) -> AgentConfig:

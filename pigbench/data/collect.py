@@ -166,7 +166,7 @@ def begin(
 
 def run(
     env: "envs.CubeEnv", policy: ScriptedPolicy, simulations: Simulation, *, steps: int
-) -> tuple[Simulation, dict[str, Shaped[Array, "{steps} simulations ..."]]]:
+) -> tuple[Simulation, dict[str, Shaped[Array, "{steps} simulation ..."]]]:
     """Advance a batch of simulations; also returns the rows by field."""
     one = partial(step, env, policy)
     return jax.lax.scan(lambda batch, _: jax.vmap(one)(batch), simulations, length=steps)
@@ -194,12 +194,12 @@ def step(
 
 
 def _episodes(
-    chunks: list[dict[str, Shaped[np.ndarray, "steps simulations ..."]]],
-    kept: Bool[np.ndarray, " simulations"],
+    chunks: list[dict[str, Shaped[np.ndarray, "time simulation ..."]]],
+    kept: Bool[np.ndarray, "simulation"],
 ) -> dict[str, FieldArray]:
     """The live rows of the kept episodes, one episode after another."""
 
-    def by_episode(field: str) -> Shaped[np.ndarray, "episodes rows ..."]:
+    def by_episode(field: str) -> Shaped[np.ndarray, "episode time ..."]:
         by_step = np.concatenate([chunk[field] for chunk in chunks])[:, kept]
         return np.swapaxes(by_step, 0, 1)
 

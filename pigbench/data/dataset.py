@@ -33,7 +33,7 @@ class Split:
         return sum(record.rows for record in self.records)
 
     @property
-    def episode_ends(self) -> Int[np.ndarray, " episodes"]:
+    def episode_ends(self) -> Int[np.ndarray, "episode"]:
         """Each episode's last row; reads no file if all episodes are equally long."""
         length = self.spec.rows_per_episode
         if not length:
@@ -94,6 +94,12 @@ class Dataset:
     def digest(self) -> str:
         """The SHA-256 of the manifest, and thus of all the data."""
         return files.sha256(self.folder / manifest.FILE_NAME)
+
+    @property
+    def splits(self) -> dict[str, Split]:
+        """The splits that hold rows, by name."""
+        held = dict.fromkeys(record.split for record in self.manifest.shards if record.rows)
+        return {name: self.split(name) for name in held}
 
     def split(self, name: str) -> Split:
         """The split `name`. Raises UserError if it does not exist or is empty."""

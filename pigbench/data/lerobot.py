@@ -31,10 +31,9 @@ DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 EPISODES_PATH = "meta/episodes/chunk-000/file-000.parquet"
 TASKS_PATH = "meta/tasks.parquet"
 
-_SPLITS = ("train", "val")
 _RATE = round(1 / CONTROL_STEP)  # frames per second
 
-Columns = Mapping[str, Shaped[np.ndarray, "frames ..."]]  # of one episode
+Columns = Mapping[str, Shaped[np.ndarray, "time ..."]]  # of one episode
 LeRobotStatistics = Mapping[str, Mapping[str, list[Any]]]  # by column, then by name
 
 
@@ -45,15 +44,16 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
     """
     pa, pq = required("pyarrow", "pyarrow.parquet", extra="share")
     files.require_new_folder(path)
-    splits = [dataset.split(name) for name in _SPLITS if _holds(dataset, name)]
-    total = sum(split.rows for split in splits)
+    splits = dataset.splits
+    shards = itertools.chain.from_iterable(map(_shards, splits.values()))
+    total = sum(split.rows for split in splits.values())
     task = f"{dataset.spec.policy} data of {dataset.spec.environment}: any state may be the goal"
     records: list[dict[str, Any]] = []
     with (
         lock.replacing_folder(path) as new,
         Progress("export", total=total, unit="frames") as progress,
     ):
-        for number, shard in enumerate(itertools.chain.from_iterable(map(_shards, splits))):
+        for number, shard in enumerate(shards):
             where = {"chunk_index": number // CHUNK_SIZE, "file_index": number % CHUNK_SIZE}
             file = _path(new, DATA_PATH.format(**where))
             with pq.ParquetWriter(file, _schema(pa, dataset)) as writer:
@@ -70,10 +70,6 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
         files.write_json(_path(new, "meta/info.json"), _info(dataset, splits, records))
         files.write_json(_path(new, "meta/stats.json"), _pooled([r["stats"] for r in records]))
     return [path]
-
-
-def _holds(dataset: Dataset, split: str) -> bool:
-    return any(record.rows for record in dataset.manifest.shards if record.split == split)
 
 
 def _shards(split: Split) -> Iterator[Iterator[Columns]]:
@@ -158,7 +154,7 @@ def _record(columns: Columns, where: Mapping[str, int], task: str) -> dict[str, 
     }
 
 
-def _statistics(values: Shaped[np.ndarray, "frames ..."]) -> dict[str, list[Any]]:
+def _statistics(values: Shaped[np.ndarray, "time ..."]) -> dict[str, list[Any]]:
     rows = values.reshape(len(values), -1)
     exact = rows.astype(np.float64)
     return {
@@ -217,9 +213,10 @@ def _tasks(pa: Any, task: str) -> Any:
 
 
 def _info(
-    dataset: Dataset, splits: Sequence[Split], records: Sequence[Mapping[str, Any]]
+    dataset: Dataset, splits: Mapping[str, Split], records: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    bounds = np.cumsum([0, *(sum(part.episodes for part in split.records) for split in splits)])
+    counts = [sum(part.episodes for part in split.records) for split in splits.values()]
+    bounds = np.cumsum([0, *counts])
     if bounds[-1] != len(records):
         raise UserError(f"{dataset.folder} is torn: its terminals do not end {bounds[-1]} episodes")
     return {
@@ -233,8 +230,8 @@ def _info(
         "video_files_size_in_mb": 500,
         "fps": _RATE,
         "splits": {
-            split.records[0].split: f"{start}:{stop}"
-            for split, (start, stop) in zip(splits, itertools.pairwise(bounds), strict=True)
+            name: f"{start}:{stop}"
+            for name, (start, stop) in zip(splits, itertools.pairwise(bounds), strict=True)
         },
         "data_path": DATA_PATH,
         "video_path": None,

@@ -42,8 +42,7 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
     required("pyarrow.ipc", extra="share")
     lookup("environment", envs.SPECS, dataset.spec.environment)
     files.require_new_folder(path)
-    held = {record.split for record in dataset.manifest.shards if record.rows}
-    splits = {identify(dataset, name): dataset.split(name) for name in _ENDINGS if name in held}
+    splits = {identify(dataset, name): split for name, split in dataset.splits.items()}
     total = sum(split.rows for split in splits.values())
     with (
         lock.replacing_folder(path) as new,
@@ -88,7 +87,7 @@ def _write_episode(path: Path, episode: Mapping[str, FieldArray]) -> None:
     actions[-1] = 0
     rows = np.arange(len(actions))
 
-    def vectors(values: Float[np.ndarray, "rows n"]) -> Any:
+    def vectors(values: Float[np.ndarray, "row n"]) -> Any:
         kind = pa.list_(pa.float32(), values.shape[1])
         return pa.FixedSizeListArray.from_arrays(values.ravel(), type=kind)
 

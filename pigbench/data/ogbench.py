@@ -31,6 +31,7 @@ from pigbench.data.shard import FieldArray
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError, lookup
 from pigbench.support import files
+from pigbench.support.grouping import repeated
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 
@@ -127,10 +128,9 @@ def _files(paths: Sequence[Path]) -> dict[str, list[Path]]:
     if not train:
         raise UserError(f"{', '.join(map(str, paths))} holds no {SUFFIX} file of training")
     pairs = [split_paths(file) for file in train]
-    names = [file.name for file in train]
-    for name in names:
-        if names.count(name) > 1:
-            raise UserError(f"two files are named {name}: rename one")
+    twice = repeated(file.name for file in train)
+    if twice is not None:
+        raise UserError(f"two files are named {twice}: rename one")
     val = [pair["val"] for pair in pairs if pair["val"].is_file()]
     return {"train": train, "val": val or [pairs[0]["val"]]}
 
@@ -313,7 +313,7 @@ class _Source:
             yield {field: {**content, "terminals": terminals}[field] for field in fields}
 
     def _with_last_states(
-        self, content: Mapping[str, FieldArray], ends: Int[np.ndarray, " episodes"]
+        self, content: Mapping[str, FieldArray], ends: Int[np.ndarray, "episode"]
     ) -> dict[str, FieldArray]:
         """Convert rows of transitions to rows of states; an episode's last state has no action."""
         observations, after = content["observations"], content[_NEXT]

@@ -40,9 +40,9 @@ class Limits:
 class JudgedColumns:
     """An episode's columns; positions in metres."""
 
-    joint_vel: Float[np.ndarray, "rows 6"]  # rad/s
-    contact: Real[np.ndarray, " rows"]
-    cube: Float[np.ndarray, "rows 3"]
+    joint_vel: Float[np.ndarray, "row 6"]  # rad/s
+    contact: Real[np.ndarray, "row"]
+    cube: Float[np.ndarray, "row 3"]
     goal: Float[np.ndarray, "3"]
 
 
@@ -107,7 +107,7 @@ CRITERIA: Mapping[str, Criterion] = {
 
 
 def episode(
-    observations: Float[np.ndarray, "rows o"], layout: Layout, goal: Float[np.ndarray, "3"]
+    observations: Float[np.ndarray, "row observation"], layout: Layout, goal: Float[np.ndarray, "3"]
 ) -> JudgedColumns:
     """An episode's columns, of its observations and the goal.
 

@@ -11,12 +11,12 @@ from jax.typing import ArrayLike
 from jaxtyping import Float, Int, Key
 
 from pigbench.agents import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
-from pigbench.agents.shapes import Array
 from pigbench.data.dataset import Split
 from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError
+from pigbench.shapes import Array
 
-RowNumbers = Int[Array, "*batch b"]
+RowNumbers = Int[Array, "*step batch"]
 
 
 @struct.dataclass
@@ -26,13 +26,13 @@ class Rows:
     The rows of a data set that is too large for the device stay on disk and are gathered there.
     """
 
-    observations: Float[Array, "n o"] | MappedArray
-    actions: Float[Array, "n a"] | MappedArray
-    episode_ends: Int[Array, " episodes"]  # each episode's last row, ascending up to n - 1
+    observations: Float[Array, "row observation"] | MappedArray
+    actions: Float[Array, "row action"] | MappedArray
+    episode_ends: Int[Array, "episode"]  # each episode's last row, ascending
 
     @classmethod
     def create(cls, observations: ArrayLike, actions: ArrayLike, terminals: ArrayLike) -> "Rows":
-        """Rows on the device; `terminals` (N,) are true on each episode's last row.
+        """Rows on the device; `terminals` are true on each episode's last row.
 
         Raises UserError if the last episode has no end or no row has a successor.
         """
@@ -58,7 +58,7 @@ class Rows:
         return cls(split.mapped("observations"), split.mapped("actions"), ends)
 
 
-def _checked(episode_ends: Int[np.ndarray, " episodes"], *, rows: int) -> Int[Array, " episodes"]:
+def _checked(episode_ends: Int[np.ndarray, "episode"], *, rows: int) -> Int[Array, "episode"]:
     if len(episode_ends) == rows:
         raise UserError("the data set has no transition: an episode needs at least two rows")
     return jnp.asarray(episode_ends, jnp.int32)
@@ -90,7 +90,7 @@ def sample(key: Key[Array, ""], rows: Rows, sampling: Sampling, batch_size: int)
 
 
 def gather(rows: Rows, indices: Indices) -> Batch:
-    """The batch described by `indices`, in NumPy for rows on disk; (..., B) give (..., B, o)."""
+    """The batch described by `indices`, with their axes; in NumPy for rows on disk."""
     starts, subgoals = indices.starts, indices.subgoals
     wanted = [starts, starts + 1, indices.value_goals, indices.actor_goals]
     if subgoals:
@@ -123,12 +123,12 @@ def gather(rows: Rows, indices: Indices) -> Batch:
     )
 
 
-def _same(rows: RowNumbers, others: RowNumbers) -> Float[Array, "*batch b"]:
+def _same(rows: RowNumbers, others: RowNumbers) -> Float[Array, "*step batch"]:
     return (rows == others).astype(jnp.float32)
 
 
 def sample_indices(
-    key: Key[Array, ""], episode_ends: Int[Array, " episodes"], sampling: Sampling, batch_size: int
+    key: Key[Array, ""], episode_ends: Int[Array, "episode"], sampling: Sampling, batch_size: int
 ) -> Indices:
     """Transitions, uniform over all, with a goal from each mixture; `episode_ends` as in `Rows`."""
     start_key, value_key, actor_key, low_key = jax.random.split(key, 4)
@@ -139,7 +139,7 @@ def sample_indices(
     starts = draws + episodes
     ends = episode_ends[episodes]
 
-    def goals(key: Key[Array, ""], mixture: GoalMixture, discount: float) -> Int[Array, " b"]:
+    def goals(key: Key[Array, ""], mixture: GoalMixture, discount: float) -> Int[Array, "batch"]:
         source_key, future_key, random_key = jax.random.split(key, 3)
         if mixture.geometric:
             future = _geometric_future(future_key, starts, ends, discount)
@@ -173,15 +173,15 @@ def sample_indices(
 
 
 def _geometric_future(
-    key: Key[Array, ""], starts: Int[Array, " b"], ends: Int[Array, " b"], discount: float
-) -> Int[Array, " b"]:
+    key: Key[Array, ""], starts: Int[Array, "batch"], ends: Int[Array, "batch"], discount: float
+) -> Int[Array, "batch"]:
     """`starts` plus k = 1, 2, ... with probability (1 - discount) discount^(k - 1), clipped."""
     steps = jax.random.geometric(key, 1 - discount, starts.shape, dtype=jnp.int32)
     return jnp.minimum(starts + steps, ends)
 
 
 def _no_further(
-    ahead: Int[Array, " b"], starts: Int[Array, " b"], goals: Int[Array, " b"]
-) -> Int[Array, " b"]:
+    ahead: Int[Array, "batch"], starts: Int[Array, "batch"], goals: Int[Array, "batch"]
+) -> Int[Array, "batch"]:
     """`ahead`, or the goal where it is between `starts` and `ahead`."""
     return jnp.where((starts <= goals) & (goals <= ahead), goals, ahead)

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from pigbench import envs
 from pigbench.data import quality
 from pigbench.data.dataset import Dataset, Split
-from pigbench.data.manifest import Shard, Spec
+from pigbench.data.manifest import Spec
 from pigbench.data.quality import CRITERIA, Limits
 from pigbench.data.shard import FieldArray
 from pigbench.data.writer import Writer
@@ -92,7 +92,7 @@ def write(
         writer = Writer(folder, spec)
         todo = set(writer.missing())
         with Progress("filter", total=len(todo), unit="shards") as progress:
-            for shard, episodes in zip(_planned(spec), _ordered(parts), strict=True):
+            for shard, episodes in zip(spec.plan(), _ordered(parts), strict=True):
                 if shard in todo:
                     writer.write(shard, _rows(dataset.split(shard.split), episodes, spec))
                     progress.advance(1, shard.name)
@@ -184,10 +184,6 @@ def _spec(
             "of the data": f"SHA-256 {dataset.digest}",
         },
     )
-
-
-def _planned(spec: Spec) -> list[Shard]:
-    return sorted(spec.plan(), key=lambda shard: shard.number)
 
 
 def _ordered(parts: Mapping[tuple[str, int], list[Judged]]) -> list[list[Judged]]:

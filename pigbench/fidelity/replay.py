@@ -153,7 +153,7 @@ def _recorded(scene: Scene, places: Places, steps: int) -> SceneMotion:
 
 def _stretch(
     rows: Shaped[np.ndarray, "row *value"], begin: int, steps: int
-) -> Shaped[np.ndarray, "steps *value"]:
+) -> Shaped[np.ndarray, "time *value"]:
     """`steps` rows from `begin`; the last row is repeated beyond the end."""
     return rows[np.minimum(np.arange(begin, begin + steps), len(rows) - 1)]
 

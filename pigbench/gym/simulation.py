@@ -66,13 +66,13 @@ class CompiledEnv:
             for task in self.env.spec.tasks
         ]
 
-    def keys(self, draws: np.random.Generator, count: int) -> Key[Array, "count"]:
+    def keys(self, draws: np.random.Generator, count: int) -> Key[Array, "simulation"]:
         """`count` random keys."""
         return jax.random.split(seeds.key(int(draws.integers(2**32))), count)
 
     def tasks(
         self, draws: np.random.Generator, options: Mapping[str, Any], count: int
-    ) -> Int[np.ndarray, "count"]:
+    ) -> Int[np.ndarray, "simulation"]:
         """`count` task ids from `options`, or else drawn. Raises UserError for invalid ids."""
         last = self.env.num_tasks
         if "task_id" not in options:
@@ -86,14 +86,14 @@ class CompiledEnv:
             )
         return np.broadcast_to(tasks, (count,))
 
-    def actions(self, given: object, count: int) -> Float[np.ndarray, "count action"]:
+    def actions(self, given: object, count: int) -> Float[np.ndarray, "simulation action"]:
         """`given` as an array of `count` actions. Raises UserError for another shape."""
         actions, shape = np.asarray(given, np.float32), (count, self.env.action_size)
         if actions.shape != shape:
             raise UserError(f"actions have shape {actions.shape}: it must be {shape}")
         return actions
 
-    def goals(self, states: State) -> Float[np.ndarray, "count goal"]:
+    def goals(self, states: State) -> Float[np.ndarray, "simulation goal"]:
         """The goals' representations."""
         return np.asarray(self.represent(states.info["goal"]))
 
@@ -141,6 +141,6 @@ def known_options(given: Mapping[str, Any] | None, names: Iterable[str]) -> Mapp
     return given or {}
 
 
-def observations(states: State) -> Float[np.ndarray, "count observation"]:
+def observations(states: State) -> Float[np.ndarray, "simulation observation"]:
     """The observations of a batch."""
     return np.asarray(states.obs)

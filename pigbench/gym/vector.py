@@ -73,7 +73,7 @@ class BatchEnv(VectorEnv):
         *,
         seed: int | np.integer | Sequence[int] | None = None,
         options: dict[str, Any] | None = None,
-    ) -> tuple[Float[np.ndarray, "env observation"], dict[str, Any]]:
+    ) -> tuple[Float[np.ndarray, "simulation observation"], dict[str, Any]]:
         """Start a task in every environment, or in those of the mask.
 
         Raises UserError for an invalid seed, task id or mask, or an unknown option.
@@ -98,10 +98,10 @@ class BatchEnv(VectorEnv):
     def step(
         self, actions: object
     ) -> tuple[
-        Float[np.ndarray, "env observation"],
-        Float[np.ndarray, "env"],
-        Bool[np.ndarray, "env"],
-        Bool[np.ndarray, "env"],
+        Float[np.ndarray, "simulation observation"],
+        Float[np.ndarray, "simulation"],
+        Bool[np.ndarray, "simulation"],
+        Bool[np.ndarray, "simulation"],
         dict[str, Any],
     ]:
         """Do one control step of 0.05 s in the episodes that are not over."""
@@ -125,7 +125,7 @@ class BatchEnv(VectorEnv):
         """Release the renderer's resources."""
         self._simulation.close()
 
-    def _mask(self, given: object) -> Bool[np.ndarray, "env"]:
+    def _mask(self, given: object) -> Bool[np.ndarray, "simulation"]:
         mask = np.asarray(given)
         if mask.dtype != bool or mask.shape != (self.num_envs,):
             raise UserError(
@@ -139,7 +139,7 @@ class BatchEnv(VectorEnv):
             raise error.ResetNeeded("call reset first")
         return self._states
 
-    def _info(self, states: State, **extra: Shaped[np.ndarray, "env ..."]) -> dict[str, Any]:
+    def _info(self, states: State, **extra: Shaped[np.ndarray, "simulation ..."]) -> dict[str, Any]:
         info = {
             **extra,
             "goal": self._simulation.goals(states),
@@ -150,7 +150,7 @@ class BatchEnv(VectorEnv):
 
 
 @jax.jit
-def _choose(mask: Bool[Array, "env"], chosen: State, others: State) -> State:
+def _choose(mask: Bool[Array, "simulation"], chosen: State, others: State) -> State:
     """The first state where `mask` is true, else the second, per environment."""
     return jax.tree.map(
         lambda x, y: jnp.where(mask.reshape(-1, *[1] * (x.ndim - 1)), x, y), chosen, others

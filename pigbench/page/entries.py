@@ -86,5 +86,4 @@ def _of_suite(folder: Path) -> Iterator[Entry]:
 
 def _saved(folder: Path) -> Saved:
     run = read_run(folder)
-    path = run.episodes_path
-    return Saved(run, episodes.read(path) if path.exists() else [])
+    return Saved(run, episodes.read_any(run.episodes_path))

@@ -34,6 +34,7 @@ VARIANTS = {
     "x": "diagonal_cross",
     "*": "criss_cross",
 }
+"""The filling of a bar for each marker of a method's variants, by Bokeh's name."""
 
 
 class Shade(NamedTuple):

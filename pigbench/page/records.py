@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pigbench.page.entries import is_suite
-from pigbench.report import stats
 from pigbench.report.stats import Cell
 from pigbench.report.tables import ordered
 from pigbench.suite import jobs, spec
 from pigbench.suite.jobs import Job
 from pigbench.support import files, typed
 from pigbench.support.compare import flatten, split
+from pigbench.support.grouping import grouped
 from pigbench.training.run import PROVENANCE_FILE, Run, read_run
 
 _NAMED = 3  # runs named, if more have the same provenance
@@ -43,7 +43,7 @@ class Commands(NamedTuple):
 
 def configurations(runs: Sequence[Run], order: Sequence[str]) -> dict[str, Mapping[str, Any]]:
     """The configuration of each cell by its name, in order of environments and then of methods."""
-    cells = stats.grouped(runs, lambda run: Cell(run.config.label, run.config.environment))
+    cells = grouped(runs, lambda run: Cell(run.config.label, run.config.environment))
     return {
         f"{environment} {method}": _configuration(cells[Cell(method, environment)])
         for environment in ordered({cell.environment for cell in cells}, order)
@@ -82,7 +82,7 @@ def _had(values: Sequence[Any]) -> list[Any]:
 
 def provenance(runs: Sequence[Run]) -> Fields:
     """The fields of provenance except commands; runs that agree in all of them share a column."""
-    groups = stats.grouped(runs, lambda run: json.dumps(_origin(run)))
+    groups = grouped(runs, lambda run: json.dumps(_origin(run)))
     columns = [_names(group) for group in groups.values()]
     return _fields(columns, [json.loads(origin) for origin in groups])
 

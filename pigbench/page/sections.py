@@ -7,11 +7,12 @@ from typing import NamedTuple
 from pigbench.page import figures, films
 from pigbench.page.figures import Json
 from pigbench.page.films import Film
-from pigbench.report import stats, tables
+from pigbench.report import tables
 from pigbench.report.conditions import remarks
 from pigbench.report.formats import Table
 from pigbench.report.scoring import Scoring, by_stage, by_task, wording
 from pigbench.report.stats import Result
+from pigbench.support.grouping import grouped
 
 TABLES = ("tasks", "milestones", "thresholds")
 """Tables from `tables.TABLES` that concern tasks, or whose rows are an environment's methods."""
@@ -43,8 +44,8 @@ def sections(
     Takes results as given by `Scoring.counted`. Raises UserError if the finished runs are not
     comparable.
     """
-    mine = stats.grouped(done, _environment)
-    going_on = stats.grouped(unfinished, _environment)
+    mine = grouped(done, _environment)
+    going_on = grouped(unfinished, _environment)
     return [
         _section(
             environment, mine.get(environment, []), going_on.get(environment, []), order, scoring
@@ -101,7 +102,7 @@ def _tables(done: Sequence[Result], order: Sequence[str], scoring: Scoring) -> d
 
 
 def _by_method(results: Sequence[Result], order: Sequence[str]) -> dict[str, list[Result]]:
-    groups = stats.grouped(results, lambda result: result.run.config.label)
+    groups = grouped(results, lambda result: result.run.config.label)
     return {method: groups[method] for method in tables.ordered(groups, order)}
 
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-Strata = Sequence[Float[np.ndarray, "*batch _runs _numbers"]]
+Strata = Sequence[Float[np.ndarray, "*batch _run _number"]]
 """One array per environment: runs by the numbers of each run."""
-Statistic = Callable[[Strata], Float[np.ndarray | np.floating, "*values"]]
+Statistic = Callable[[Strata], Float[np.ndarray | np.floating, "*value"]]
 """Keeps the leading axes of the strata."""
 
 LEVEL = 95  # percent
@@ -35,7 +35,7 @@ def interval(strata: Strata, statistic: Statistic, *, seed: int) -> Interval | N
 
 def band(
     strata: Strata, statistic: Statistic, *, seed: int
-) -> Float[np.ndarray, "bounds=2 *values"] | None:
+) -> Float[np.ndarray, "bound=2 *value"] | None:
     """The percentile interval of each number of `statistic(strata)`: low and high.
 
     None if a stratum has a single run, which says nothing about how runs differ. The same seed
@@ -50,8 +50,8 @@ def band(
 
 
 def _redraw(
-    stratum: Float[np.ndarray, "runs numbers"], generator: np.random.Generator
-) -> Float[np.ndarray, "resamples runs numbers"]:
+    stratum: Float[np.ndarray, "run number"], generator: np.random.Generator
+) -> Float[np.ndarray, "resample run number"]:
     """Runs drawn with replacement, with all their numbers."""
     runs = len(stratum)
     return stratum[generator.integers(runs, size=(RESAMPLES, runs))]

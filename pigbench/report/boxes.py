@@ -10,13 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pigbench.report import canvas, comparison, stats
+from pigbench.report import canvas, comparison
 from pigbench.report.conditions import remarks
 from pigbench.report.representations import by_representation, called, representation
 from pigbench.report.scoring import Scoring, success, wording
 from pigbench.report.stats import Result, base
 from pigbench.report.styles import BLACK, GREY, style
 from pigbench.report.tables import ordered
+from pigbench.support.grouping import grouped
 
 _HEIGHT = 3.6  # inches
 _BOX = 0.3
@@ -76,7 +77,7 @@ def _ticks(places: Mapping[str, float], seen: Mapping[str, str | None]) -> dict[
     """Names and their positions, in the middle of the boxes that share them."""
     return {
         name: sum(places[method] for method in own) / len(own)
-        for name, own in stats.grouped(places, called(seen).__getitem__).items()
+        for name, own in grouped(places, called(seen).__getitem__).items()
     }
 
 

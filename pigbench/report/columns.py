@@ -18,6 +18,7 @@ from pigbench.report.scoring import Cells, Scoring
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
 from pigbench.report.tables import ordered
+from pigbench.support.grouping import grouped
 
 _PANEL = 2.9, 2.2
 
@@ -74,7 +75,7 @@ def _by_representation(cells: Cells, environment: str) -> dict[str, dict[str, Se
     names = called(seen)
     return {
         name: {names[method]: cells[Cell(method, environment)] for method in methods}
-        for name, methods in stats.grouped(seen, seen.__getitem__).items()
+        for name, methods in grouped(seen, seen.__getitem__).items()
     }
 
 

@@ -1,7 +1,7 @@
 """Comparison of methods over all environments that they have in common."""
 
 import itertools
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from pigbench.errors import UserError
 from pigbench.report import bootstrap, measures
 from pigbench.report.bootstrap import Statistic, Strata
 from pigbench.report.scoring import Cells, Scoring, stratum
-from pigbench.report.stats import Cell, Estimate, Result
+from pigbench.report.stats import Cell, Estimate
 
 AGGREGATES: Mapping[str, Statistic] = {
     "IQM": measures.interquartile_mean,
@@ -27,16 +27,15 @@ class Pool(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """The percentage of runs above each threshold, and its interval, (2, thresholds)."""
+    """The percentage of runs above each threshold, and its interval, low and high."""
 
-    share: Float[np.ndarray, " thresholds"]
-    band: Float[np.ndarray, "2 thresholds"] | None
+    share: Float[np.ndarray, "threshold"]
+    band: Float[np.ndarray, "2 threshold"] | None
 
 
-def pool(results: Iterable[Result], scoring: Scoring) -> Pool:
-    """The results in environments that all methods have. Raises UserError if there is none."""
-    cells = common(scoring.cells(results))
-    environments = common_environments(cells)
+def pool(cells: Cells, scoring: Scoring) -> Pool:
+    """The success rates in cells of `common`."""
+    environments = sorted({cell.environment for cell in cells})
     return Pool(
         environments,
         {
@@ -97,11 +96,11 @@ def improvements(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estima
 
 
 def profiles(
-    pooled: Pool, thresholds: Float[np.ndarray, " thresholds"], scoring: Scoring
+    pooled: Pool, thresholds: Float[np.ndarray, "threshold"], scoring: Scoring
 ) -> dict[str, Profile]:
     """The performance profile of each method over `thresholds`, in percent."""
 
-    def measure(strata: Strata) -> Float[np.ndarray, "*batch thresholds"]:
+    def measure(strata: Strata) -> Float[np.ndarray, "*batch threshold"]:
         return 100 * measures.profile(strata, thresholds)
 
     return {

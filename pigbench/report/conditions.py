@@ -3,8 +3,8 @@
 from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
 
-from pigbench.report import stats
 from pigbench.report.stats import Cell, Result
+from pigbench.support.grouping import grouped
 from pigbench.training.run import RunConfig
 
 _DIGITS = 12  # of a digest
@@ -53,10 +53,9 @@ def remarks(results: Iterable[Result], *, always: Collection[str] = ()) -> list[
 
 def unequal(name: str, told: Iterable[Told]) -> list[str]:
     """The methods of each value, for each environment in which values differ."""
-    by_environment = stats.grouped(sorted(set(told)), lambda one: one[0].environment)
+    by_environment = grouped(sorted(set(told)), lambda one: one[0].environment)
     by_value = {
-        environment: stats.grouped(own, lambda one: one[1])
-        for environment, own in by_environment.items()
+        environment: grouped(own, lambda one: one[1]) for environment, own in by_environment.items()
     }
     return [
         f"unequal {name} on {environment}: "
@@ -71,7 +70,7 @@ def unequal(name: str, told: Iterable[Told]) -> list[str]:
 
 def _whose(told: Collection[Told]) -> str:
     """The values, and whose they are if there are several."""
-    by_value = stats.grouped(sorted(told), lambda one: one[1])
+    by_value = grouped(sorted(told), lambda one: one[1])
     if len(by_value) == 1:
         return next(iter(by_value))
     name = next((name for name in _NAMES if _tells(name, told)), _NAMES[-1])
@@ -85,5 +84,5 @@ def _tells(name: Callable[[Cell], str], told: Collection[Told]) -> bool:
     """Whether all cells of the same name have the same value."""
     return all(
         len({value for _, value in own}) == 1
-        for own in stats.grouped(told, lambda one: name(one[0])).values()
+        for own in grouped(told, lambda one: name(one[0])).values()
     )

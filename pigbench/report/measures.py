@@ -50,8 +50,8 @@ def probability_of_improvement(
 
 
 def profile(
-    strata: Strata, thresholds: Float[np.ndarray, " thresholds"]
-) -> Float[np.ndarray, "*batch thresholds"]:
+    strata: Strata, thresholds: Float[np.ndarray, "threshold"]
+) -> Float[np.ndarray, "*batch threshold"]:
     """The share of runs above each threshold, averaged over environments."""
     return np.mean(
         [(stratum[..., None] > thresholds).mean(axis=(-3, -2)) for stratum in strata], axis=0
@@ -59,7 +59,7 @@ def profile(
 
 
 def _flat(
-    stratum: Float[np.ndarray, "*batch runs numbers"],
-) -> Float[np.ndarray, "*batch runs*numbers"]:
+    stratum: Float[np.ndarray, "*batch run number"],
+) -> Float[np.ndarray, "*batch run*number"]:
     """The numbers of all runs, one run after another."""
     return stratum.reshape(*stratum.shape[:-2], -1)

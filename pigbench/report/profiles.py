@@ -21,7 +21,7 @@ _THRESHOLDS = np.arange(0.0, 100.5, 0.5)
 def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> Figure:
     """One line per method, in its bootstrap band, over the environments that all methods have."""
     cells = comparison.common(scoring.cells(results))
-    pooled = comparison.pool(results, scoring)
+    pooled = comparison.pool(cells, scoring)
     profiles = comparison.profiles(pooled, _THRESHOLDS, scoring)
     methods = ordered(profiles, order)
     figure, grid = canvas.grid(1, 1, panel=_PANEL, legend=methods)

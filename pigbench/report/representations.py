@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from pigbench.report import stats
 from pigbench.report.styles import BLACK, GREY, Style
+from pigbench.support.grouping import grouped
 
 
 class ShownRepresentation(NamedTuple):
@@ -44,6 +45,6 @@ def called(seen: Mapping[str, str | None]) -> dict[str, str]:
     """
     return {
         variant: name if len({seen[one] for one in variants}) == len(variants) else variant
-        for name, variants in stats.grouped(seen, stats.base).items()
+        for name, variants in grouped(seen, stats.base).items()
         for variant in variants
     }

@@ -16,6 +16,7 @@ from pigbench.report import bootstrap, measures, stats
 from pigbench.report.conditions import unequal
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.seeds import Seed
+from pigbench.support.grouping import grouped
 from pigbench.training.episodes import Episode
 from pigbench.training.measures import MEASURES
 
@@ -78,7 +79,7 @@ class Scoring:
 
     def counted(self, result: Result) -> Result:
         """The result without the episodes of its evaluations that do not count."""
-        evaluations = stats.grouped(result.episodes, lambda episode: (episode.step, episode.task))
+        evaluations = grouped(result.episodes, lambda episode: (episode.step, episode.task))
         kept = [one for own in evaluations.values() for one in own[: self.first_episodes]]
         return result._replace(episodes=kept)
 
@@ -140,7 +141,7 @@ def _known(
     }
 
 
-def stratum(results: Sequence[Result], scoring: Scoring) -> Float[np.ndarray, "runs units"]:
+def stratum(results: Sequence[Result], scoring: Scoring) -> Float[np.ndarray, "run unit"]:
     """The success rates of a cell's results by unit: one for all tasks, or one of each task."""
     units = UNITS[scoring.over](results)
     return np.stack([_rates(results, scoring, unit) for unit in units], axis=-1)
@@ -196,7 +197,7 @@ def _rates(
     scoring: Scoring,
     task: TaskLabel | None = None,
     score: Callable[[Sequence[Episode]], float] = stats.success_rate,
-) -> Float[np.ndarray, " runs"]:
+) -> Float[np.ndarray, "run"]:
     """The success rate or another score of each result, on one task or all."""
     steps = _steps(results, scoring)
     rates = [
@@ -228,6 +229,6 @@ def _steps(results: Sequence[Result], scoring: Scoring) -> Sequence[int]:
     return steps
 
 
-def _estimate(rates: Float[np.ndarray, " runs"], scoring: Scoring) -> Estimate:
+def _estimate(rates: Float[np.ndarray, "run"], scoring: Scoring) -> Estimate:
     bounds = bootstrap.interval([rates[:, None]], measures.mean, seed=scoring.bootstrap_seed)
     return stats.estimate(rates)._replace(interval=bounds)

@@ -7,9 +7,9 @@ over runs that differ only in their seeds.
 import dataclasses
 import itertools
 import math
-from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -17,15 +17,13 @@ from jaxtyping import Float
 from pigbench.errors import UserError
 from pigbench.report.bootstrap import Interval
 from pigbench.support.compare import first_difference
+from pigbench.support.grouping import grouped
 from pigbench.training import episodes
 from pigbench.training.episodes import Episode
 from pigbench.training.measures import MEASURES, Measure
 from pigbench.training.run import Run
 
 EPISODES = "episodes per task"  # a name of `evaluation`
-
-Key = TypeVar("Key", bound=Hashable)
-Item = TypeVar("Item")
 
 
 class Estimate(NamedTuple):
@@ -72,11 +70,7 @@ class Cell(NamedTuple):
 
 def read_results(runs: Iterable[Run]) -> list[Result]:
     """The runs with their episodes. Raises UserError if a run has none."""
-    runs = list(runs)
-    found = [
-        Result(run, episodes.read(run.episodes_path) if run.episodes_path.exists() else [])
-        for run in runs
-    ]
+    found = [Result(run, episodes.read_any(run.episodes_path)) for run in runs]
     empty = [str(result.run.path) for result in found if not result.episodes]
     if empty:
         raise UserError(f"no evaluation yet in {', '.join(empty)}; use `pigbench evaluate`")
@@ -128,14 +122,12 @@ def require_level(results: Sequence[Result]) -> None:
 
 def evaluation(result: Result, steps: Collection[int]) -> dict[str, list[Any]]:
     """The settings of the evaluations after these training steps: all values, by name."""
-    episodes = [episode for episode in result.episodes if episode.step in steps]
-    counts = Counter((episode.step, episode.task) for episode in episodes)
+    counted = [episode for episode in result.episodes if episode.step in steps]
+    counts = Counter((episode.step, episode.task) for episode in counted)
     return {
         EPISODES: sorted(set(counts.values())),
-        "evaluation seed": sorted({episode.seed for episode in episodes}),
-        "engine": sorted(
-            {episode.engine or result.run.config.engine or "" for episode in episodes}
-        ),
+        "evaluation seed": sorted({episode.seed for episode in counted}),
+        "engine": sorted({episode.engine or result.run.config.engine or "" for episode in counted}),
     }
 
 
@@ -180,18 +172,10 @@ def ended_within(group: Iterable[Episode], distance: float) -> float:
     return 100 * sum(end <= distance for end in known) / len(known) if known else math.nan
 
 
-def estimate(values: Sequence[float] | Float[np.ndarray, " runs"]) -> Estimate:
+def estimate(values: Sequence[float] | Float[np.ndarray, "run"]) -> Estimate:
     """Mean and standard deviation of one value per seed."""
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     return Estimate(float(np.mean(values)), deviation, seeds=len(values))
-
-
-def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
-    """The items of each key, in their given order."""
-    groups: dict[Key, list[Item]] = defaultdict(list)
-    for item in items:
-        groups[key(item)].append(item)
-    return dict(groups)
 
 
 def _all_but_seed(result: Result) -> Mapping[str, Any]:

@@ -19,6 +19,7 @@ from pigbench.report.scoring import (
     wording,
 )
 from pigbench.report.stats import Cell, Estimate, Result
+from pigbench.support.grouping import grouped
 from pigbench.training.measures import MEASURES
 
 __all__ = [
@@ -93,7 +94,7 @@ def aggregate_table(
 ) -> Table:
     """Interquartile mean and mean of each method over the environments that all methods have."""
     cells = comparison.common(scoring.cells(results))
-    pooled = comparison.pool(results, scoring)
+    pooled = comparison.pool(cells, scoring)
     estimates = comparison.aggregates(pooled, scoring)
     return Table(
         caption=(
@@ -116,7 +117,7 @@ def improvement_table(
     Raises UserError if there is only one method.
     """
     cells = comparison.common(scoring.cells(results))
-    pooled = comparison.pool(results, scoring)
+    pooled = comparison.pool(cells, scoring)
     estimates = comparison.improvements(pooled, scoring)
     return Table(
         caption=(
@@ -303,7 +304,7 @@ def ordered(names: Iterable[str], order: Sequence[str]) -> list[str]:
 
 def _best(estimates: Mapping[Label, Estimate], line: Callable[[Label], str]) -> set[Label]:
     """The highest of each line, and what is in its interval; none of a line with one number."""
-    lines = stats.grouped(estimates, line).values()
+    lines = grouped(estimates, line).values()
     return {label for labels in lines if len(labels) > 1 for label in _highest(estimates, labels)}
 
 

@@ -29,8 +29,8 @@ from pigbench.training.provenance import package_versions
 from pigbench.training.restore import Trained
 from pigbench.training.run import PROVENANCE_FILE, STATISTICS_FILE
 
-States = Float[Array, "batch o"]
-Actions = Float[Array, "batch a"]
+States = Float[Array, "batch observation"]
+Actions = Float[Array, "batch action"]
 
 FORMAT = 1
 PARAMETERS_FILE = "parameters.safetensors"
@@ -153,8 +153,8 @@ def _kept(path: Path) -> Any:
 
 def _success(trained: Trained) -> dict[str, Any] | None:
     """The success rate over this checkpoint's evaluation episodes; None if there are none."""
-    path, step = trained.run.episodes_path, int(trained.state.step)
-    rows = [row for row in episodes.read(path) if row.step == step] if path.exists() else []
+    step = int(trained.state.step)
+    rows = [row for row in episodes.read_any(trained.run.episodes_path) if row.step == step]
     if not rows:
         return None
     return {

@@ -14,7 +14,7 @@ from pigbench.suite.spec import Suite, SuiteCell
 from pigbench.support.lock import is_held
 from pigbench.training import episodes
 from pigbench.training.metrics import FILE_NAME as METRICS_FILE
-from pigbench.training.run import read_run
+from pigbench.training.run import CHECKPOINTS, EPISODES_FILE, read_run
 
 DONE, RUNNING, FAILED, CUT_OFF, WAITING = "done", "running", "failed", "cut off", "waiting"
 
@@ -78,7 +78,7 @@ def _status(cell: SuiteCell, out: Path) -> Status:
     folder = out / cell.name
     evaluated = _last_evaluation(folder)
     step, success = evaluated or (0, None)
-    if step == cell.environment.steps and (folder / "checkpoints" / str(step)).exists():
+    if step == cell.environment.steps and (folder / CHECKPOINTS / str(step)).exists():
         return Status(cell, DONE, step, success)
     return Status(cell, _unfinished(folder, log_path(out, cell.name)), _last_step(folder), success)
 
@@ -94,7 +94,7 @@ def _unfinished(folder: Path, log: Path) -> str:
 
 def _last_evaluation(folder: Path) -> tuple[int, float] | None:
     try:
-        rows = episodes.read(folder / "episodes.csv")
+        rows = episodes.read(folder / EPISODES_FILE)
     except UserError:
         return None
     step = max(row.step for row in rows)

@@ -16,7 +16,7 @@ MARGIN = 0.1  # share of the half width: states farther from kinks count as away
 LARGE = 0.1  # an error above this is large
 
 ErrorMeasure = Callable[
-    [Float[np.ndarray, "seeds states"], Bool[np.ndarray, " states"]], Float[np.ndarray, " seeds"]
+    [Float[np.ndarray, "seed batch"], Bool[np.ndarray, "batch"]], Float[np.ndarray, "seed"]
 ]
 """Of absolute errors, and of which states are away from kinks."""
 
@@ -29,7 +29,7 @@ MEASURES: Mapping[str, ErrorMeasure] = {
 Estimates = Mapping[tuple[str, str], Mapping[str, Estimate]]
 
 
-def errors(outcome: ToyOutcome, settings: Settings) -> Float[np.ndarray, "seeds states"]:
+def errors(outcome: ToyOutcome, settings: Settings) -> Float[np.ndarray, "seed batch"]:
     """The fit minus d* on the grid."""
     return outcome.grid - np.asarray(outcome.mode.cost_to_go(grid_states(settings)))
 

@@ -18,8 +18,8 @@ LABELS = {"baseline": "Baseline", "hjb": "HJB", "eikonal": "Eikonal"}
 # A loss has the colour of the method with that regulariser.
 METHODS = {"baseline": "gcivl", "hjb": "hjb-gcivl", "eikonal": "eik-gcivl"}
 
-Panels = Shaped[np.ndarray, " panels"]  # each an `Axes`
-Surface = Float[np.ndarray, " states"]  # of `grid_states`
+Panels = Shaped[np.ndarray, "panel"]  # each an `Axes`
+Surface = Float[np.ndarray, "batch"]  # of `grid_states`
 
 _PANEL = 2.3  # inches
 _DPI = 100  # surfaces are smooth: more would only make files larger

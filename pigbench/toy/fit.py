@@ -18,10 +18,10 @@ from pigbench.agents.regularizers import (
     Regularizer,
 )
 from pigbench.agents.residuals import Steps
-from pigbench.agents.shapes import Array
 from pigbench.errors import require
 from pigbench.layout import Layout
 from pigbench.seeds import key as seed_key
+from pigbench.shapes import Array
 from pigbench.toy.problem import Costs, Mode, States
 
 LOSSES: Mapping[str, Regularizer] = {

@@ -9,7 +9,7 @@ defined on the whole square, though only states with x_a = x_o can be reached.
 import jax.numpy as jnp
 from jaxtyping import Float
 
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 from pigbench.toy.problem import STEP, Costs, Example, Mode, States, ToySection
 
 
@@ -35,7 +35,7 @@ def transport(states: States) -> States:
     return states + jnp.clip(-states[:, :1], -STEP, STEP)
 
 
-def free_kinks(states: States) -> Float[Array, " states"]:
+def free_kinks(states: States) -> Float[Array, "batch"]:
     """Distance from the lines x_a = x_o and x_o = 0."""
     agent, object_ = states.T
     return jnp.minimum(jnp.abs(agent - object_) / jnp.sqrt(2), jnp.abs(object_))

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Float
 
-from pigbench.agents.shapes import Array
+from pigbench.shapes import Array
 
-States = Float[Array, "states 2"]
-Costs = Float[Array, " states"]
+States = Float[Array, "batch 2"]
+Costs = Float[Array, "batch"]
 
 STEP = 0.01
 """Time between a state and its successor; residuals use only the direction of the motion."""
@@ -38,7 +38,7 @@ class Mode:
     name: str
     cost_to_go: Callable[[States], Costs]  # d*(s, g), with the goal at the origin
     successor: Callable[[States], States]  # s' after `STEP` of optimal motion
-    kink_distance: Callable[[States], Float[Array, " states"]]  # to where d* has no gradient
+    kink_distance: Callable[[States], Float[Array, "batch"]]  # to where d* has no gradient
     section: ToySection
 
 

@@ -20,8 +20,8 @@ class ToyOutcome(NamedTuple):
 
     mode: Mode
     loss: str
-    grid: Float[np.ndarray, "seeds states"]  # of `grid_states`
-    section: Float[np.ndarray, "seeds section"]  # of `section_states`
+    grid: Float[np.ndarray, "seed batch"]  # of `grid_states`
+    section: Float[np.ndarray, "seed section"]  # of `section_states`
 
 
 def grid_states(settings: Settings) -> States:
@@ -66,7 +66,7 @@ def _fits(
         for loss, regularizer in LOSSES.items()
     }
 
-    def values(loss: str, number: int, states: States) -> Float[np.ndarray, "seeds states"]:
+    def values(loss: str, number: int, states: States) -> Float[np.ndarray, "seed batch"]:
         each = jax.vmap(predict, (None, 0, None, None))
         return np.asarray(each(settings, params[loss], number, states))
 

@@ -33,8 +33,8 @@ class TensorBoard(Tracker):
 
     def film(self, step: int, name: str, path: Path) -> None:
         """Write the film as a smaller GIF."""
-        from tensorboardX.proto.summary_pb2 import (  # pyright: ignore[reportAttributeAccessIssue]
-            Summary,
+        from tensorboardX.proto.summary_pb2 import (
+            Summary,  # pyright: ignore[reportAttributeAccessIssue]
         )
 
         gif, height, width = pictures.gif_of_mp4(path)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pigbench.support.grouping import grouped
 from pigbench.training.episodes import Episode
 from pigbench.training.run import Run
 
@@ -52,7 +53,7 @@ class Tracker(abc.ABC):
 def evaluated(episodes: Iterable[Episode]) -> dict[str, float]:
     """The means of an evaluation's measures and each task's success, under the trackers' names."""
     rows = list(episodes)
-    tasks = {row.task_name: [r for r in rows if r.task_name == row.task_name] for row in rows}
+    tasks = grouped(rows, lambda row: row.task_name)
     known = {name: None for row in rows for name in row.measures}
     return {f"evaluation/{name}": _mean(rows, name) for name in known} | {
         f"evaluation/{task}/success": _mean(own, "success") for task, own in tasks.items()

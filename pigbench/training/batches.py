@@ -47,7 +47,7 @@ def keys_of(key: Key[Array, ""], step: StepNumber) -> tuple[Key[Array, ""], Key[
 
 
 @contextlib.contextmanager
-def of(rows: Rows, agent: Agent, key: Key[Array, "*seeds"]) -> Iterator[Batches]:
+def of(rows: Rows, agent: Agent, key: Key[Array, "*seed"]) -> Iterator[Batches]:
     """The batches that `agent` needs from `rows`, given the key of a seed or of several."""
     if not isinstance(rows.observations, MappedArray):
         yield Drawn(rows, agent)
@@ -87,11 +87,11 @@ class Gathered:
 
     axis: int | None = 0
 
-    def __init__(self, rows: Rows, agent: Agent, key: Key[Array, "*seeds"]) -> None:
+    def __init__(self, rows: Rows, agent: Agent, key: Key[Array, "*seed"]) -> None:
         self._rows, self._key = rows, key
         sampling, size = agent.sampling, agent.config.batch_size
 
-        def draw(key: Key[Array, ""], steps: Int[Array, " steps"]) -> Indices:
+        def draw(key: Key[Array, ""], steps: Int[Array, "step"]) -> Indices:
             def one(step: Int[Array, ""]) -> Indices:
                 batch_key, _ = keys_of(key, step)
                 return sampler.sample_indices(batch_key, rows.episode_ends, sampling, size)
@@ -137,6 +137,6 @@ class Gathered:
         indices = jax.device_get(self._draw(self._key, self._steps(number)))
         return jax.device_put(sampler.gather(self._rows, indices))
 
-    def _steps(self, number: int) -> Int[np.ndarray, " steps"]:
+    def _steps(self, number: int) -> Int[np.ndarray, "step"]:
         first = number * self._updates
         return np.arange(first, first + self._updates, dtype=np.int32)

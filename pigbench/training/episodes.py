@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from pigbench.errors import UserError
 from pigbench.support import files
+from pigbench.support.grouping import grouped
 from pigbench.training.measures import MEASURES, Value
 
 
@@ -55,7 +56,7 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
     if not new:
         return  # a file without episodes is torn
     steps = {episode.step for episode in new}
-    old = [episode for episode in read(path) if episode.step not in steps] if path.exists() else []
+    old = [episode for episode in read_any(path) if episode.step not in steps]
     _write(path, sorted(old + new, key=lambda episode: episode[: len(_KEYS)]))
 
 
@@ -88,12 +89,17 @@ def read(path: Path) -> list[Episode]:
     return [_parse(path, number, header, row) for number, row in numbered]
 
 
+def read_any(path: Path) -> list[Episode]:
+    """The episodes in the file as by `read`, or none if there is no file yet."""
+    return read(path) if path.exists() else []
+
+
 def keep(path: Path, wanted: Callable[[int], bool]) -> None:
     """Remove the episodes of unwanted steps from the file, if it exists.
 
     If no episode is left, the file is removed too.
     """
-    old = read(path) if path.exists() else []
+    old = read_any(path)
     kept = [episode for episode in old if wanted(episode.step)]
     if not kept:
         path.unlink(missing_ok=True)
@@ -106,10 +112,12 @@ def best_step(episodes: Iterable[Episode]) -> int:
 
     Raises ValueError if there are no episodes.
     """
-    by_step: dict[int, list[float]] = {}
-    for episode in episodes:
-        by_step.setdefault(episode.step, []).append(float(episode.measures["success"]))
-    return max(sorted(by_step), key=lambda step: sum(by_step[step]) / len(by_step[step]))
+    by_step = grouped(episodes, lambda episode: episode.step)
+
+    def rate(step: int) -> float:
+        return sum(one.measures["success"] for one in by_step[step]) / len(by_step[step])
+
+    return max(sorted(by_step), key=rate)
 
 
 def _columns() -> dict[str, type]:

@@ -20,19 +20,18 @@ from pigbench.training.measures import MEASURES, Value
 
 _REPORT_EVERY = 50  # control steps
 
-
-Outcome = Mapping[str, Shaped[np.ndarray, "tasks episodes"]]  # by measure of `milestones`
+Outcome = Mapping[str, Shaped[np.ndarray, "task episode"]]  # by name in `MEASURES`
 Report = Callable[[int], None]  # called with the control steps that the longest episode has taken
 Evaluator = Callable[[Params, Report], Outcome]
 
 
 class Rollout(NamedTuple):
-    """n episodes in progress, task after task; `time` is the steps that the longest has taken."""
+    """Episodes in progress, task after task; `time` is the steps that the longest has taken."""
 
     states: "envs.State"
-    act_keys: Key[Array, " n"]
-    start: Float[Array, "n cubes 3"]  # metres, the cubes' initial positions
-    values: dict[str, Shaped[Array, " n"]]  # of the measures so far
+    act_keys: Key[Array, "episode"]
+    start: Float[Array, "episode cube 3"]  # metres, the cubes' initial positions
+    values: dict[str, Shaped[Array, "episode"]]  # of the measures so far
     time: Int[Array, ""]
 
 
@@ -77,7 +76,7 @@ def step(env: "envs.CubeEnv", agent: Agent, params: Params, rollout: Rollout) ->
     """Do one control step in the episodes that are not done."""
     states = rollout.states
     act = jax.vmap(partial(action, agent, params), in_axes=(0, 0, 0, None))
-    observations: Float[Array, "n o"] = states.obs  # pyright: ignore[reportAssignmentType]
+    observations: Float[Array, "episode observation"] = states.obs  # pyright: ignore[reportAssignmentType]
     actions = act(observations, states.info["goal"], rollout.act_keys, rollout.time)
     after = jax.vmap(env.step)(states, actions)
     moments = jax.vmap(partial(milestones.moment, env))(after, rollout.start)
@@ -88,11 +87,11 @@ def step(env: "envs.CubeEnv", agent: Agent, params: Params, rollout: Rollout) ->
 def action(
     agent: Agent,
     params: Params,
-    observation: Float[Array, " o"],
-    goal: Float[Array, " g"],
+    observation: Float[Array, "observation"],
+    goal: Float[Array, "observation"],
     key: Key[Array, ""],
     time: Int[Array, ""],
-) -> Float[Array, " a"]:
+) -> Float[Array, "action"]:
     """The action in one episode after `time` steps; its draws depend on `key` and `time`."""
     return agent.act(params, observation, goal, jax.random.fold_in(key, time))
 

@@ -20,8 +20,8 @@ _EVERY = 2  # control steps between two frames of an evaluation's film
 class Shot(NamedTuple):
     """Simulation states, and the goal to show, if any."""
 
-    qpos: Float[np.ndarray, "rows nq"]
-    goal: Float[np.ndarray, "cubes 3"] | None
+    qpos: Float[np.ndarray, "time nq"]
+    goal: Float[np.ndarray, "cube 3"] | None
 
 
 def write(

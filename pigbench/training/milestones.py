@@ -19,36 +19,36 @@ Values = dict[str, Value]  # by measure
 class Moment(NamedTuple):
     """One simulation after a control step, positions in metres."""
 
-    start: Float[Array, "cubes 3"]  # the cubes at the start of the episode
-    cubes: Float[Array, "cubes 3"]
-    target: Float[Array, "cubes 3"]
+    start: Float[Array, "cube 3"]  # the cubes at the start of the episode
+    cubes: Float[Array, "cube 3"]
+    target: Float[Array, "cube 3"]
     pinch: Float[Array, "3"]
     pad_force: Float[Array, ""]  # of the wrench on the right finger's pad
     success: Bool[Array, ""]
     diverged: Bool[Array, ""]  # if true, the rest is from the last good state
 
     @property
-    def from_pinch(self) -> Float[Array, " cubes"]:
+    def from_pinch(self) -> Float[Array, "cube"]:
         """Metres from the pinch point to each cube's centre."""
         return jnp.linalg.norm(self.cubes - self.pinch, axis=-1)
 
     @property
-    def from_targets(self) -> Float[Array, " cubes"]:
+    def from_targets(self) -> Float[Array, "cube"]:
         """Metres from each cube to its target."""
         return jnp.linalg.norm(self.cubes - self.target, axis=-1)
 
     @property
-    def raised(self) -> Float[Array, " cubes"]:
+    def raised(self) -> Float[Array, "cube"]:
         """Metres of each cube above its initial position."""
         return self.cubes[:, 2] - self.start[:, 2]
 
     @property
-    def touched(self) -> Bool[Array, " cubes"]:
+    def touched(self) -> Bool[Array, "cube"]:
         """Near which cubes the right finger's pad feels a force."""
         return feels(self.pad_force, self.pinch, self.cubes, within=TOUCHING_DISTANCE)
 
     @property
-    def held(self) -> Bool[Array, " cubes"]:
+    def held(self) -> Bool[Array, "cube"]:
         """Which cubes are held."""
         return feels(self.pad_force, self.pinch, self.cubes, within=HOLDING_DISTANCE)
 
@@ -92,12 +92,12 @@ def advance(so_far: Values, moment: Moment, active: Bool[Array, ""]) -> Values:
     return {name: after(name, value) for name, value in so_far.items()}
 
 
-def cubes(env: "envs.CubeEnv", state: "envs.State") -> Float[Array, "cubes 3"]:
+def cubes(env: "envs.CubeEnv", state: "envs.State") -> Float[Array, "cube 3"]:
     """The positions of the cubes in one simulation in metres."""
     return cube_poses(env.scene, env.simulation(state))[0]
 
 
-def moment(env: "envs.CubeEnv", state: "envs.State", start: Float[Array, "cubes 3"]) -> Moment:
+def moment(env: "envs.CubeEnv", state: "envs.State", start: Float[Array, "cube 3"]) -> Moment:
     """The input of measures from one simulation; `start` is its cubes' initial positions."""
     physics_state = env.simulation(state)
     return Moment(

@@ -22,8 +22,8 @@ class Recording(NamedTuple):
     """One recorded episode."""
 
     task: int  # counts from 1
-    qpos: Float[np.ndarray, "rows nq"]  # from the first state to the last
-    target: Float[np.ndarray, "cubes 3"]  # metres, the cubes' targets
+    qpos: Float[np.ndarray, "time nq"]  # from the first state to the last
+    target: Float[np.ndarray, "cube 3"]  # metres, the cubes' targets
     success: bool
 
 
@@ -37,8 +37,8 @@ def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> 
     @partial(jax.jit, static_argnames="steps")
     def advance(
         params: Params, rollout: Rollout, *, steps: int
-    ) -> tuple[Rollout, Float[Array, "{steps} n nq"]]:
-        def step(rollout: Rollout, _: None) -> tuple[Rollout, Float[Array, "n nq"]]:
+    ) -> tuple[Rollout, Float[Array, "{steps} episode nq"]]:
+        def step(rollout: Rollout, _: None) -> tuple[Rollout, Float[Array, "episode nq"]]:
             rollout = evaluate.step(env, agent, params, rollout)
             return rollout, _qpos(rollout.states)
 
@@ -53,7 +53,7 @@ def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> 
 
 def _record(
     start: Callable[[Params], Rollout],
-    advance: Callable[..., tuple[Rollout, Float[Array, "steps n nq"]]],
+    advance: Callable[..., tuple[Rollout, Float[Array, "time episode nq"]]],
     episode_length: int,
     params: Params,
     report: Report,
@@ -81,6 +81,6 @@ def _record(
     ]
 
 
-def _qpos(states: "envs.State") -> Float[Array, "n nq"]:
+def _qpos(states: "envs.State") -> Float[Array, "episode nq"]:
     physics_states: PhysicsState = states.pipeline_state  # pyright: ignore[reportAssignmentType]
     return physics_states.qpos

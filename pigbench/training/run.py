@@ -31,6 +31,8 @@ if TYPE_CHECKING:  # tables read runs without agents and JAX
 CONFIG_FILE = "config.json"
 PROVENANCE_FILE = "provenance.json"
 STATISTICS_FILE = "statistics.json"
+EPISODES_FILE = "episodes.csv"
+CHECKPOINTS = "checkpoints"
 NOISE = "noise"
 
 Keep = Literal["last", "best", "all"]
@@ -98,7 +100,7 @@ class Run:
     @property
     def episodes_path(self) -> Path:
         """The file of evaluation episodes."""
-        return self.path / "episodes.csv"
+        return self.path / EPISODES_FILE
 
     def noise_path(self, millimetres: float) -> Path:
         """The file of episodes in which the cubes' estimates have that noise."""
@@ -118,7 +120,7 @@ class Run:
     @property
     def checkpoints_path(self) -> Path:
         """The folder of checkpoints."""
-        return self.path / "checkpoints"
+        return self.path / CHECKPOINTS
 
     def saved_steps(self) -> set[int]:
         """The training steps that have a checkpoint."""

@@ -30,7 +30,7 @@ The given state cannot be used afterwards.
 
 
 def make_updates(
-    agent: Agent, key: Key[Array, "*seeds"], source: Batches, sharding: Sharding = ONE_DEVICE
+    agent: Agent, key: Key[Array, "*seed"], source: Batches, sharding: Sharding = ONE_DEVICE
 ) -> Updates:
     """The updates of the seed with `key`, or of several seeds together.
 
@@ -42,7 +42,7 @@ def make_updates(
 
     @partial(jax.jit, donate_argnums=0)
     def run(
-        state: TrainState, key: Key[Array, "*seeds"], part: Any, start: int, stop: int
+        state: TrainState, key: Key[Array, "*seed"], part: Any, start: int, stop: int
     ) -> tuple[TrainState, Metrics]:
         state, sums = loop(state, key, part, start, stop)
         return sharding.share_state(state, joined=bool(key.ndim)), sums

@@ -7,17 +7,12 @@ from scipy import stats
 from pigbench.agents import losses
 
 
-def test_td_target_by_hand():
-    rewards, continuations = jnp.array([-1.0, 0.0]), jnp.array([1.0, 0.0])
-    targets = losses.td_target(rewards, continuations, jnp.array([-4.0, -4.0]), discount=0.5)
-    np.testing.assert_allclose(targets, [-3.0, 0.0])
-
-
-def test_goal_td_target_by_hand():
-    """A step costs 1; at the goal nothing is left to pay, whatever lies beyond."""
+@pytest.mark.parametrize(("goal_reward", "expected"), [(0.0, [-3.0, 0.0]), (1.0, [-2.0, 1.0])])
+def test_goal_td_target_by_hand(goal_reward, expected):
+    """A step costs 1, or a reward is at the goal; nothing counts that lies beyond the goal."""
     success, next_values = jnp.array([0.0, 1.0]), jnp.array([-4.0, -4.0])
-    targets = losses.goal_td_target(success, next_values, discount=0.5)
-    np.testing.assert_allclose(targets, [-3.0, 0.0])
+    targets = losses.goal_td_target(success, next_values, discount=0.5, goal_reward=goal_reward)
+    np.testing.assert_allclose(targets, expected)
 
 
 def test_expectile_by_hand():

@@ -19,6 +19,7 @@ from pigbench.data.shard import FieldArray
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
 from pigbench.support import files
+from pigbench.support.grouping import repeated
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
 
@@ -93,10 +94,9 @@ def _sources(paths: Sequence[Path]) -> list[Path]:
     ]
     if not found:
         raise UserError(f"{', '.join(map(str, paths))} holds no log: no .csv, no .parquet")
-    names = [source.name for source in found]
-    for name in names:
-        if names.count(name) > 1:
-            raise UserError(f"two logs are named {name}: rename one")
+    twice = repeated(source.name for source in found)
+    if twice is not None:
+        raise UserError(f"two logs are named {twice}: rename one")
     return found
 
 

@@ -14,9 +14,9 @@ from jaxtyping import Float
 
 from pigbench.errors import UserError
 
-LogTable = Mapping[str, Float[np.ndarray, " rows"]]
+LogTable = Mapping[str, Float[np.ndarray, "row"]]
 """An episode's columns by name."""
-LogGroups = Mapping[str, Float[np.ndarray, "rows _"]]
+LogGroups = Mapping[str, Float[np.ndarray, "row _"]]
 """An episode's groups of columns by name."""
 
 
@@ -93,7 +93,7 @@ def groups(name: str, table: LogTable) -> LogGroups:
     return found
 
 
-def _check_range(name: str, group: Group, values: Float[np.ndarray, "rows _"]) -> None:
+def _check_range(name: str, group: Group, values: Float[np.ndarray, "row _"]) -> None:
     for column, numbers in zip(group.names, values.T, strict=True):
         if not np.isfinite(numbers).all():
             row = int(np.argmin(np.isfinite(numbers)))

@@ -49,13 +49,13 @@ class LoggedEpisode:
     """A log's episode at control steps, in the world's frame; `notes` lists its irregularities."""
 
     name: str
-    joint_pos: Float[np.ndarray, "steps 6"]  # rad
-    joint_vel: Float[np.ndarray, "steps 6"]  # rad/s
-    opening: Float[np.ndarray, " steps"]  # 0 open to 1 shut
-    contact: Float[np.ndarray, " steps"]  # 0 to 1
-    object_pos: Float[np.ndarray, "steps 3"]  # m
-    object_quat: Float[np.ndarray, "steps 4"]
-    actions: Float[np.ndarray, "steps 5"]
+    joint_pos: Float[np.ndarray, "time 6"]  # rad
+    joint_vel: Float[np.ndarray, "time 6"]  # rad/s
+    opening: Float[np.ndarray, "time"]  # 0 open to 1 shut
+    contact: Float[np.ndarray, "time"]  # 0 to 1
+    object_pos: Float[np.ndarray, "time 3"]  # m
+    object_quat: Float[np.ndarray, "time 4"]
+    actions: Float[np.ndarray, "time 5"]
     notes: tuple[str, ...]
 
 
@@ -100,10 +100,12 @@ def prepare(name: str, table: LogTable) -> LoggedEpisode:
     )
 
 
-def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> Float[np.ndarray, "rows o"]:
+def observe(
+    env: "envs.CubeEnv", episodes: list[LoggedEpisode]
+) -> Float[np.ndarray, "row observation"]:
     """The environment's observations of all steps, one episode after another."""
 
-    def joined(field: str) -> Float[Array, "rows ..."]:
+    def joined(field: str) -> Float[Array, "row ..."]:
         return jnp.asarray(np.concatenate([getattr(one, field) for one in episodes]), jnp.float32)
 
     model, scene = env.scene.model, env.scene
@@ -111,7 +113,7 @@ def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> Float[np.ndar
 
     def observe(
         joint_pos, joint_vel, opening, contact, object_pos, object_quat
-    ) -> Float[Array, " o"]:
+    ) -> Float[Array, "observation"]:
         pose = jnp.concatenate([object_pos, object_quat])
         qpos = home.at[scene.arm].set(joint_pos).at[scene.cubes_qpos].set(pose)
         pinch_pos, pinch_yaw = servo.pinch(joint_pos)
@@ -131,7 +133,7 @@ def observe(env: "envs.CubeEnv", episodes: list[LoggedEpisode]) -> Float[np.ndar
     return np.asarray(jax.jit(jax.vmap(observe))(*map(joined, names)))
 
 
-def _check_clock(name: str, time: Float[np.ndarray, " rows"]) -> None:
+def _check_clock(name: str, time: Float[np.ndarray, "row"]) -> None:
     if len(time) < 2:
         raise UserError(f"{name} has {len(time)} rows: it must have at least two")
     steps = np.diff(time)
@@ -152,7 +154,7 @@ def _check_clock(name: str, time: Float[np.ndarray, " rows"]) -> None:
 
 
 def _check_velocities(
-    name: str, joint_vel: Float[np.ndarray, "steps 6"], velocity: Float[np.ndarray, "steps 6"]
+    name: str, joint_vel: Float[np.ndarray, "time 6"], velocity: Float[np.ndarray, "time 6"]
 ) -> None:
     """Raise UserError unless joint_vel matches the changes of joint_pos.
 
@@ -173,7 +175,7 @@ def _check_velocities(
         )
 
 
-def _check_rate(name: str, time: Float[np.ndarray, " rows"]) -> None:
+def _check_rate(name: str, time: Float[np.ndarray, "row"]) -> None:
     usual = float(np.median(np.diff(time)))
     if not np.isclose(usual, CONTROL_STEP, rtol=0.1):
         raise UserError(
@@ -184,10 +186,10 @@ def _check_rate(name: str, time: Float[np.ndarray, " rows"]) -> None:
 
 def _recovered(
     name: str,
-    joint_pos: Float[np.ndarray, "rows 6"],
-    opening: Float[np.ndarray, " rows"],
+    joint_pos: Float[np.ndarray, "row 6"],
+    opening: Float[np.ndarray, "row"],
     targets: LogGroups,
-) -> Float[np.ndarray, "rows 5"]:
+) -> Float[np.ndarray, "row 5"]:
     """The actions that lead from the gripper's poses to the commanded ones."""
     here, yaw = _pinch(joint_pos)
     way = _to_world(targets["target_pos"]) - here
@@ -204,8 +206,8 @@ def _recovered(
 
 
 def _pinch(
-    joint_pos: Float[np.ndarray, "rows 6"],
-) -> tuple[Float[np.ndarray, "rows 3"], Float[np.ndarray, " rows"]]:
+    joint_pos: Float[np.ndarray, "row 6"],
+) -> tuple[Float[np.ndarray, "row 3"], Float[np.ndarray, "row"]]:
     """Pinch points in metres and yaws in radians."""
     rows = len(joint_pos)
     # Padded to whole blocks, so that not every length is compiled anew.
@@ -214,43 +216,43 @@ def _pinch(
     return np.asarray(pos)[:rows], np.asarray(yaw)[:rows]
 
 
-def _near_home(joint_pos: Float[np.ndarray, "rows 6"]) -> Float[np.ndarray, "rows 6"]:
+def _near_home(joint_pos: Float[np.ndarray, "row 6"]) -> Float[np.ndarray, "row 6"]:
     """The same angles, unwrapped and shifted by whole turns to begin near home."""
     angles = np.unwrap(joint_pos, axis=0)
     return angles - 2 * np.pi * np.round((angles[0] - np.array(robot.HOME)) / (2 * np.pi))
 
 
-def _stands_between(opening: Float[np.ndarray, " steps"]) -> Float[np.ndarray, " steps"]:
+def _stands_between(opening: Float[np.ndarray, "time"]) -> Float[np.ndarray, "time"]:
     """Contact, inferred from fingers stopped on their way: neither moving, nor open, nor shut."""
     still = np.abs(np.gradient(opening)) < 0.01
     return (still & (opening > 0.1) & (opening < 0.95)).astype(float)
 
 
 def _linear(
-    time: Float[np.ndarray, " rows"],
-    grid: Float[np.ndarray, " steps"],
-    values: Float[np.ndarray, "rows n"],
-) -> Float[np.ndarray, "steps n"]:
+    time: Float[np.ndarray, "row"],
+    grid: Float[np.ndarray, "time"],
+    values: Float[np.ndarray, "row n"],
+) -> Float[np.ndarray, "time n"]:
     return np.column_stack([np.interp(grid, time, column) for column in values.T])
 
 
 def _holding(
-    time: Float[np.ndarray, " rows"],
-    grid: Float[np.ndarray, " steps"],
-    values: Float[np.ndarray, "rows n"],
-) -> Float[np.ndarray, "steps n"]:
+    time: Float[np.ndarray, "row"],
+    grid: Float[np.ndarray, "time"],
+    values: Float[np.ndarray, "row n"],
+) -> Float[np.ndarray, "time n"]:
     """The last value at or before each time of the grid; clocks may differ by a tenth of a step."""
     rows = np.searchsorted(time, grid + 0.1 * CONTROL_STEP, side="right") - 1
     return values[np.maximum(rows, 0)]
 
 
-def _to_world(pos: Float[np.ndarray, "steps 3"]) -> Float[np.ndarray, "steps 3"]:
+def _to_world(pos: Float[np.ndarray, "time 3"]) -> Float[np.ndarray, "time 3"]:
     """Positions, converted from the base frame to the world's."""
     cos, sin = np.cos(BASE_YAW), np.sin(BASE_YAW)
     return pos @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]).T
 
 
-def _same_sign(name: str, quats: Float[np.ndarray, "rows 4"]) -> Float[np.ndarray, "rows 4"]:
+def _same_sign(name: str, quats: Float[np.ndarray, "row 4"]) -> Float[np.ndarray, "row 4"]:
     """The same rotations, each with the sign that is nearer to the quaternion before."""
     length = np.linalg.norm(quats, axis=-1)
     if np.abs(length - 1).max() > 0.05:
@@ -262,13 +264,13 @@ def _same_sign(name: str, quats: Float[np.ndarray, "rows 4"]) -> Float[np.ndarra
     return quats * np.cumprod([1.0, *signs])[:, None]
 
 
-def _turned(quats: Float[np.ndarray, "steps 4"]) -> Float[np.ndarray, "steps 4"]:
+def _turned(quats: Float[np.ndarray, "time 4"]) -> Float[np.ndarray, "time 4"]:
     """Quaternions, converted from the base frame to the world's and normalised."""
     turned = Rotation.from_euler("z", BASE_YAW) * Rotation.from_quat(quats, scalar_first=True)
     return turned.as_quat(scalar_first=True)
 
 
-def _gaps(time: Float[np.ndarray, " rows"]) -> list[str]:
+def _gaps(time: Float[np.ndarray, "row"]) -> list[str]:
     steps = np.diff(time)
     return [
         f"a gap of {steps[row]:.2f} s at {time[row] - time[0]:.2f} s is bridged"
@@ -276,9 +278,7 @@ def _gaps(time: Float[np.ndarray, " rows"]) -> list[str]:
     ]
 
 
-def _outliers(
-    velocity: Float[np.ndarray, "steps 6"], pos: Float[np.ndarray, "steps 3"]
-) -> list[str]:
+def _outliers(velocity: Float[np.ndarray, "time 6"], pos: Float[np.ndarray, "time 3"]) -> list[str]:
     fast = np.abs(velocity).max(axis=-1) > FASTEST_JOINT
     jumps = np.linalg.norm(np.diff(pos, axis=0), axis=-1) > JUMP
     found = {
@@ -292,6 +292,6 @@ def _outliers(
     ]
 
 
-def _clipped(actions: Float[np.ndarray, "steps 5"]) -> list[str]:
+def _clipped(actions: Float[np.ndarray, "time 5"]) -> list[str]:
     beyond = np.abs(actions[:, :4]).max(axis=-1) > 1
     return [f"{beyond.sum()} of {len(beyond)} actions are clipped to 1"] if beyond.any() else []

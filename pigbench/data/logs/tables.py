@@ -12,6 +12,7 @@ from pigbench.data.logs.columns import LogTable
 from pigbench.errors import UserError
 from pigbench.support import files
 from pigbench.support.extras import required
+from pigbench.support.grouping import repeated
 
 
 def read(path: Path) -> LogTable:
@@ -27,9 +28,9 @@ def _read_csv(path: Path) -> LogTable:
     with files.explaining_torn(path, csv.Error):
         header, *lines = list(csv.reader(files.read_text(path).splitlines())) or [[]]
     names = [name.strip() for name in header]
-    for name in names:
-        if names.count(name) > 1:
-            raise UserError(f"{path} has two columns named {name!r}")
+    twice = repeated(names)
+    if twice is not None:
+        raise UserError(f"{path} has two columns named {twice!r}")
     for row, line in enumerate(lines):
         if len(line) != len(names):
             raise UserError(f"{path} has {len(line)} cells in row {row}, under {len(names)} names")

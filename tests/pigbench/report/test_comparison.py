@@ -41,10 +41,14 @@ def rates(method, environment):
     return 10.0 * np.array(OUTCOMES[method, environment])
 
 
+def pool(results, scoring):
+    return comparison.pool(comparison.common(scoring.cells(results)), scoring)
+
+
 @pytest.mark.parametrize("over", ["environments", "tasks"])
 def test_aggregates_are_over_what_all_methods_have(results, over):
     scoring = Scoring(over=over)
-    pooled = comparison.pool(results, scoring)
+    pooled = pool(results, scoring)
     assert pooled.environments == ["cube-double", "cube-single"]
     aggregates = comparison.aggregates(pooled, scoring)
     for method in ("gcivl", "qrl"):
@@ -69,7 +73,7 @@ def test_aggregates_are_over_what_all_methods_have(results, over):
 
 def test_improvements_agree_with_mann_and_whitney(results):
     scoring = Scoring()
-    pooled = comparison.pool(results, scoring)
+    pooled = pool(results, scoring)
     improvements = comparison.improvements(pooled, scoring)
     expected = np.mean(
         [
@@ -91,9 +95,7 @@ def test_improvements_agree_with_mann_and_whitney(results):
 def test_profiles_by_hand(results):
     scoring = Scoring()
     # qrl's runs: 85, 40 and 70 in one environment, 0, 15 and 50 in the other.
-    profiles = comparison.profiles(
-        comparison.pool(results, scoring), np.array([0.0, 40, 80]), scoring
-    )
+    profiles = comparison.profiles(pool(results, scoring), np.array([0.0, 40, 80]), scoring)
     share, band = profiles["qrl"]
     np.testing.assert_allclose(share, [500 / 6, 300 / 6, 100 / 6])
     assert (band[0] <= share).all()
@@ -103,7 +105,7 @@ def test_profiles_by_hand(results):
 def test_the_order_of_results_does_not_matter(results):
     def everything(results):
         scoring = Scoring(over="tasks")
-        pooled = comparison.pool(results, scoring)
+        pooled = pool(results, scoring)
         return comparison.aggregates(pooled, scoring), comparison.improvements(pooled, scoring)
 
     assert everything(results) == everything(results[::-1])
@@ -116,10 +118,10 @@ def test_methods_need_an_environment_in_common(results):
         if (result.run.config.method == "gcivl") != (result.run.config.environment == "cube-triple")
     ]
     with pytest.raises(UserError, match="no environment has runs of all methods: gcivl, qrl"):
-        comparison.pool(apart, Scoring())
+        pool(apart, Scoring())
 
 
 def test_improvement_needs_two_methods(results):
     alone = [result for result in results if result.run.config.method == "qrl"]
     with pytest.raises(UserError, match="give runs of at least two"):
-        comparison.improvements(comparison.pool(alone, Scoring()), Scoring())
+        comparison.improvements(pool(alone, Scoring()), Scoring())
