@@ -14,11 +14,14 @@ from typing import Any, Literal
 
 import jax
 import jax.numpy as jnp
-import tyro
 
-from pigbench import envs
+from pigbench import cli, envs
+from pigbench.errors import require
 from pigbench.report import canvas
+from pigbench.seeds import Seed
 from pigbench.support import files
+
+MINIBATCHES = 8
 
 
 def replicate(tree: Any, devices: Sequence[jax.Device]) -> Any:
@@ -77,8 +80,15 @@ class Example:
     """Control steps per episode."""
     batch_size: int = 64
     """Segments of ten steps per minibatch; there are eight minibatches per update."""
-    seed: int = 0
+    seed: Seed = 0
     """Random seed."""
+
+    def __post_init__(self) -> None:
+        counts = "steps", "evaluations", "simulations", "episode_length", "batch_size"
+        require(self, lambda x: x >= 1, "at least 1", *counts)
+        segments = MINIBATCHES * self.batch_size
+        divisor = f"a divisor of {segments}, which is {MINIBATCHES} times the batch size"
+        require(self, lambda x: segments % x == 0, divisor, "simulations")
 
     def run(self) -> None:
         """Train and write the files."""
@@ -101,7 +111,7 @@ class Example:
             num_eval_envs=self.simulations,
             episode_length=self.episode_length,
             batch_size=self.batch_size,
-            num_minibatches=8,
+            num_minibatches=MINIBATCHES,
             unroll_length=10,
             num_updates_per_batch=4,
             learning_rate=3e-4,
@@ -131,4 +141,4 @@ class Example:
 
 
 if __name__ == "__main__":
-    tyro.cli(Example).run()
+    cli.script(Example)

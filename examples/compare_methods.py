@@ -10,12 +10,11 @@ compare methods from a file of your own, use `--plugin FILE --methods gcbc mine`
 import dataclasses
 from pathlib import Path
 
-import tyro
-
-from pigbench import agents, plugins
+from pigbench import agents, cli, plugins
 from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.report import plots, stats, tables
+from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.training.evaluation import Evaluation
 from pigbench.training.run import read_run
@@ -41,16 +40,18 @@ class Example:
     """Updates between evaluations."""
     evaluation_episodes: int = 10
     """Episodes of each task per evaluation."""
-    seeds: tuple[int, ...] = (0, 1, 2)
+    seeds: tuple[Seed, ...] = (0, 1, 2)
     """Seeds; each method is trained with each."""
 
     def run(self) -> None:
         """Generate data, train, and report."""
         if self.plugin is not None:
             plugins.load_file(self.plugin)
+        trainings = [self._training(method, seed) for method in self.methods for seed in self.seeds]
         Generate("cube-single", out=self.data, episodes=self.episodes, validation_episodes=0).run()
-        runs = [self._train(method, seed) for method in self.methods for seed in self.seeds]
-        results = stats.read_results(map(read_run, runs))
+        for training in trainings:
+            training.run()
+        results = stats.read_results(read_run(training.out) for training in trainings)
         shown = tables.method_table, tables.improvement_table
         made = [make(results, order=self.methods) for make in shown]
         text = tables.render_all(made, "markdown")
@@ -58,13 +59,11 @@ class Example:
         files.write_text(self.out / "table.md", f"{text}\n")
         plots.plot(results, self.out / "curves.png", order=self.methods)
 
-    def _train(self, method: str, seed: int) -> Path:
-        """Train a run, and return its folder."""
-        folder = self.out / f"{method}-{seed}"
-        Train(
+    def _training(self, method: str, seed: int) -> Train:
+        return Train(
             method,
             data=self.data,
-            out=folder,
+            out=self.out / f"{method}-{seed}",
             agent=agents.get(method).preset("cpu"),
             preset="cpu",
             goals="cubes",
@@ -72,9 +71,8 @@ class Example:
             steps=self.steps,
             evaluate_every=self.evaluate_every,
             evaluation=Evaluation(self.evaluation_episodes),
-        ).run()
-        return folder
+        )
 
 
 if __name__ == "__main__":
-    tyro.cli(Example).run()
+    cli.script(Example)

@@ -12,13 +12,14 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
-import tyro
 
-import pigbench  # noqa: F401  registers the environments with Gymnasium
+from pigbench import cli  # pigbench registers its environments with Gymnasium
 from pigbench.envs.observation import layout
+from pigbench.errors import require
+from pigbench.seeds import Seed
 from pigbench.support import files, pictures
 
-ENVIRONMENT = "pigbench/cube-single-v0"
+ENVIRONMENT, TASKS = "pigbench/cube-single-v0", 5
 LAYOUT = layout(num_cubes=1)
 DECIMETRE = 0.1  # the unit of observed positions, in metres
 LONGEST_MOVE, LARGEST_TURN = 0.05, 0.3  # of an action of 1, in metres and radians
@@ -74,8 +75,12 @@ class Example:
     """Task of the episode in the picture."""
     every: int = 12
     """Control steps between two frames of the episode."""
-    seed: int = 0
+    seed: Seed = 0
     """Random seed."""
+
+    def __post_init__(self) -> None:
+        require(self, lambda x: x >= 1, "at least 1", "episodes", "every")
+        require(self, lambda x: 1 <= x <= TASKS, f"from 1 to {TASKS}", "task")
 
     def run(self) -> None:
         """Run the controller, print the results, and draw an episode."""
@@ -87,7 +92,7 @@ class Example:
 
     def _batch(self) -> list[str]:
         """A line for each task."""
-        tasks = np.repeat(np.arange(1, 6), self.episodes)
+        tasks = np.repeat(np.arange(1, TASKS + 1), self.episodes)
         batch = gymnasium.make_vec(ENVIRONMENT, num_envs=len(tasks))
         observations, info = batch.reset(seed=self.seed, options={"task_id": tasks})
         lengths, over = np.zeros(len(tasks), int), np.zeros(len(tasks), bool)
@@ -123,4 +128,4 @@ class Example:
 
 
 if __name__ == "__main__":
-    tyro.cli(Example).run()
+    cli.script(Example)

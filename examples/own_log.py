@@ -12,10 +12,9 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
-import tyro
 from scipy.spatial.transform import Rotation
 
-from pigbench import agents
+from pigbench import agents, cli
 from pigbench.commands.data import DataImport
 from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
@@ -88,21 +87,22 @@ class Example:
 
     def run(self) -> None:
         """Write logs, import them, train, and report."""
-        data, run = self.out / "data", self.out / self.method
-        logs = self.logs or self._simulated()
-        DataImport((logs,), environment=ENVIRONMENT, out=data, format="log").run()
-        Train(
+        data = self.out / "data"
+        training = Train(
             self.method,
             data=data,
-            out=run,
+            out=self.out / self.method,
             agent=agents.get(self.method).preset("cpu"),
             preset="cpu",
             goals="cubes",
             steps=self.steps,
             evaluate_every=self.steps,
             evaluation=Evaluation(self.evaluation_episodes),
-        ).run()
-        results = stats.read_results([read_run(run)])
+        )
+        logs = self.logs or self._simulated()
+        DataImport((logs,), environment=ENVIRONMENT, out=data, format="log").run()
+        training.run()
+        results = stats.read_results([read_run(training.out)])
         text = tables.render_all([tables.threshold_table(results)], "markdown")
         print(text)
         files.write_text(self.out / "table.md", f"{text}\n")
@@ -116,4 +116,4 @@ class Example:
 
 
 if __name__ == "__main__":
-    tyro.cli(Example).run()
+    cli.script(Example)

@@ -16,10 +16,12 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from pigbench import seeds
+from pigbench import cli, seeds
 from pigbench.envs import workspace
 from pigbench.envs.cubes import CUBE_HALF_SIZE
+from pigbench.errors import UserError, require
 from pigbench.report import canvas
+from pigbench.seeds import Seed
 from pigbench.training.restore import restore
 
 
@@ -79,8 +81,13 @@ class Example:
     """Task that gives the goal."""
     points: int = 41
     """Positions along each side of the table."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the arm's poses."""
+
+    def __post_init__(self) -> None:
+        if not self.runs:
+            raise UserError("no runs are given: name their folders")
+        require(self, lambda x: x >= 2, "at least 2", "points")
 
     def run(self) -> None:
         """Evaluate and draw."""
@@ -97,4 +104,4 @@ class Example:
 
 
 if __name__ == "__main__":
-    tyro.cli(Example).run()
+    cli.script(Example)

@@ -1,4 +1,4 @@
-"""The command line: `pigbench COMMAND ...`.
+"""The command line: `pigbench COMMAND ...`, and that of scripts.
 
 A user's error is reported as one line on standard error, with exit status 2, or 75 if another
 process is writing the same files.
@@ -9,10 +9,11 @@ import importlib
 import os
 import sys
 import warnings
-from collections.abc import Sequence
-from typing import NoReturn
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
 
-from pigbench.commands.parsing import parse
+from pigbench.commands.parsing import parse, parse_fields
 from pigbench.commands.registry import COMMANDS, named
 from pigbench.errors import UserError
 from pigbench.support import interrupts, output
@@ -20,25 +21,42 @@ from pigbench.support import interrupts, output
 
 def main() -> None:
     """Run the command of `sys.argv`; the exit status is that of a user's error."""
+    with _reporting("pigbench", _farewell):
+        run(sys.argv[1:])
+
+
+def script(kind: Callable[..., Any]) -> None:
+    """Run a script as if it were a command: `kind` is a dataclass with a method `run`.
+
+    Its fields are the script's options.
+    """
+    program = Path(sys.argv[0]).name
+    with _reporting(program, lambda: f"{program}: interrupted"):
+        _run(parse_fields(kind, sys.argv[1:], program=program))
+
+
+@contextlib.contextmanager
+def _reporting(program: str, farewell: Callable[[], str]) -> Iterator[None]:
+    """Whatever ends the block is said in a line, and ends the process with an exit status."""
     warnings.formatwarning = _format_warning
     output.write_plainly_where_needed(sys.stdout, sys.stderr)
-    with interrupts.leaving_at_once(_farewell):
+    with interrupts.leaving_at_once(farewell):
         try:
             try:
-                run(sys.argv[1:])
+                yield
             finally:
                 sys.stdout.flush()
         except UserError as error:
-            _refuse(str(error), error.status)
+            _refuse(program, str(error), error.status)
         except BrokenPipeError:
             _discard_output()
         except OSError as error:  # the system refuses what a command must read or write
             _discard_output()
-            _refuse(f"{error.filename or 'output'}: {error.strerror or error}")
+            _refuse(program, f"{error.filename or 'output'}: {error.strerror or error}")
 
 
-def _refuse(complaint: str, status: int = UserError.status) -> NoReturn:
-    print(f"pigbench: {' '.join(complaint.split())}", file=sys.stderr)
+def _refuse(program: str, complaint: str, status: int = UserError.status) -> NoReturn:
+    print(f"{program}: {' '.join(complaint.split())}", file=sys.stderr)
     sys.exit(status)
 
 
@@ -63,7 +81,10 @@ def _format_warning(message: Warning | str, *_: object) -> str:
 
 def run(arguments: Sequence[str]) -> None:
     """Parse and run one command. Raises UserError for a user's error."""
-    command = parse(arguments)
+    _run(parse(arguments))
+
+
+def _run(command: Any) -> None:
     with _jax_defaults():
         command.run()
 

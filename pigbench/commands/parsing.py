@@ -32,7 +32,7 @@ def parse(arguments: Sequence[str]) -> Any:
         plugins.load_file(file)
     module = importlib.import_module(f"pigbench.commands.{COMMANDS[name].module}")
     kind = getattr(module, COMMANDS[name].kind)
-    return _parse(kind, rest, program=f"pigbench {name}")
+    return parse_fields(kind, rest, program=f"pigbench {name}")
 
 
 def _take_plugins(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
@@ -81,8 +81,11 @@ def _overview() -> str:
     return "\n".join(lines)
 
 
-def _parse(kind: Any, arguments: Sequence[str], *, program: str) -> Any:
-    """The command's instance with its fields from `arguments`; `--help` prints and exits."""
+def parse_fields(kind: Any, arguments: Sequence[str], *, program: str) -> Any:
+    """The dataclass `kind` with its fields from `arguments`; `--help` prints and exits.
+
+    Raises UserError for a user's error.
+    """
     default = kind.defaults(arguments) if hasattr(kind, "defaults") else None
     complaint = io.StringIO()
     try:

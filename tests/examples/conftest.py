@@ -1,13 +1,14 @@
 """Examples as modules, and as commands."""
 
 import importlib.util
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
 import pytest
-import tyro
 
+from pigbench import cli
 from pigbench.commands import generate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -22,7 +23,10 @@ def load_example(name: str) -> ModuleType:
 
 def run_example(name: str, *arguments: str | Path) -> ModuleType:
     module = load_example(name)
-    tyro.cli(module.Example, args=list(map(str, arguments))).run()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, name, module)  # where Tyro looks for the source of its help
+        patch.setattr("sys.argv", [f"{name}.py", *map(str, arguments)])
+        cli.script(module.Example)
     return module
 
 
