@@ -46,7 +46,7 @@ def _upgraded(agent: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for name, value in agent.items():
         if not isinstance(value, Mapping):
             yield name, value
-        elif value.get("kind") in _FIELDS.get(name, ()):
+        elif value.get("kind") in [*_FIELDS.get(name, ())]:  # the kind may be anything
             yield name, _of_kind(_FIELDS[name], value)
         else:
             yield name, upgraded(value)

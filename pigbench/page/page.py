@@ -19,6 +19,7 @@ from pigbench.page.sections import TABLES, Section, sections
 from pigbench.report import tables
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.scoring import Scoring
+from pigbench.support import files
 
 _HERE = Path(__file__).parent
 _HEADLINE = "methods"
@@ -66,7 +67,7 @@ def write(
         commands=records.commands(folders),
     )
     with place.replacing(out) as folder:
-        (folder / place.PAGE).write_text(text, encoding="utf-8")
+        files.write_text(folder / place.PAGE, text)
         _copy_films(told, folder / place.FILMS)
     return out / place.PAGE
 

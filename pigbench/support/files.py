@@ -195,8 +195,8 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Replace the content of `path` with `text` in UTF-8."""
-    write_bytes(path, text.encode())
+    """Replace the content of `path` with `text` in UTF-8, escaping names that are no text."""
+    write_bytes(path, text.encode(errors="backslashreplace"))
 
 
 def write_json(path: Path, value: Any) -> None:

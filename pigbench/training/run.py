@@ -251,6 +251,9 @@ def read_run(path: Path) -> Run:
         raise UserError(f"{path} is not a run: it has no {CONFIG_FILE}")
     content = files.read_json(config_path)
     config = schema.read(RunConfig, content, f"{config_path} is torn")
+    for name, value in {"agent.goals": config.goals, "evaluation.engine": config.engine}.items():
+        if not isinstance(value, str | None):
+            raise UserError(f"{config_path} is torn: {name}: {value!r} is not a name")
     return Run(path, dataclasses.replace(config, agent=stored.upgraded(config.agent)))
 
 

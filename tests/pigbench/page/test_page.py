@@ -1,5 +1,6 @@
 """The page's file, read with an HTML parser."""
 
+import os
 import re
 from html.parser import HTMLParser
 
@@ -89,6 +90,11 @@ def test_names_are_text_and_no_markup(tmp_path, make_run):
     assert "alert(1)" in text
     for markup in ("<b>run", "<i>", "<script>alert"):
         assert markup not in text
+
+
+def test_names_that_are_no_text_are_escaped(tmp_path, make_run):
+    run = make_run(tmp_path / os.fsdecode(b"run\xff"), {200: [[1]]})
+    assert r"run\udcff" in page.write([run.path], tmp_path / "out").read_text()
 
 
 def test_only_a_page_is_replaced(runs, tmp_path):

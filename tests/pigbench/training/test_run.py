@@ -73,6 +73,16 @@ def test_a_torn_configuration_is_named(tmp_path, text):
         runs.read_run(tmp_path)
 
 
+@pytest.mark.parametrize("value", [-1, 1.5, True, [], ["state"], {"kind": "x"}])
+def test_a_configuration_of_other_types_is_named(tmp_path, config, value):
+    of_kind = {"agent": {"regularizer": {"kind": value}}}
+    for changes in ({"agent": {"goals": value}}, {"evaluation": {"engine": value}}, of_kind):
+        content = dataclasses.asdict(config) | {"method": "gcivl"} | changes
+        (tmp_path / "config.json").write_text(json.dumps(content))
+        with pytest.raises(UserError, match=r"config\.json (is torn: |holds no configuration)"):
+            runs.agent_config(runs.read_run(tmp_path))
+
+
 def test_statistics_are_kept_to_the_bit(tmp_path, config):
     run = runs.open_run(tmp_path, config, {}, STATISTICS)
     kept = runs.read_statistics(run)
