@@ -20,7 +20,7 @@ from pigbench.agents.qrl import QRL, QRLConfig
 from pigbench.agents.regularizers import EikonalRegularizer, HJBRegularizer
 from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
-from pigbench.errors import UserError, lookup, unknown_name
+from pigbench.errors import UserError, lookup, lookup_own
 from pigbench.layout import Space
 from pigbench.names import check
 
@@ -102,10 +102,7 @@ def register(method: Method) -> None:
 
 def get(name: str) -> Method:
     """The method called `name`; `UserError` that suggests the closest name if there is none."""
-    if name not in _METHODS:
-        error = unknown_name("method", name, _METHODS)
-        raise UserError(f"{error} (for a method of your own, add --plugin FILE)")
-    return _METHODS[name]
+    return lookup_own("method", _METHODS, name)
 
 
 def build(

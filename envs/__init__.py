@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pigbench.envs.reality import REAL, Reality
 from pigbench.envs.tasks import TASKS, EnvSpec, Task
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError, lookup_own
 from pigbench.names import check
 
 if TYPE_CHECKING:
@@ -47,6 +47,11 @@ def names() -> tuple[str, ...]:
     return tuple(SPECS)
 
 
+def get(name: str) -> EnvSpec:
+    """The environment called `name`; `UserError` if there is none."""
+    return lookup_own("environment", SPECS, name)
+
+
 def default_engine() -> str:
     """The engine for the device that JAX runs on."""
     from pigbench.envs import physics
@@ -70,7 +75,7 @@ def make(
     from pigbench.envs import environment, physics
     from pigbench.envs.scene import build
 
-    spec = lookup("environment", SPECS, name)
+    spec = get(name)
     scene = build(spec.num_cubes, profile)
     simulated = physics.make(engine or default_engine(), scene)
     return environment.CubeEnv(spec, simulated, reality or spec.reality, reward)
@@ -91,6 +96,7 @@ __all__ = [
     "State",
     "Task",
     "default_engine",
+    "get",
     "make",
     "names",
     "register",

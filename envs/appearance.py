@@ -18,6 +18,7 @@ import numpy as np
 
 from pigbench.envs import robot, scene
 from pigbench.envs.cubes import CUBE_HALF_SIZE
+from pigbench.envs.walls import WALLS
 
 # Colours are red, green, blue; cubes, floor and lights are as in OGBench's pictures.
 CUBE_COLORS = (
@@ -80,7 +81,7 @@ def build(num_cubes: int, *, width: int, height: int) -> mujoco.MjModel:
     _set_view(spec, width, height)
     _set_light(spec)
     _color_floor(spec)
-    for unseen in (*spec.sites, *(spec.geom(name) for name in scene.WALLS)):
+    for unseen in (*spec.sites, *(spec.geom(name) for name in WALLS)):
         unseen.group = HIDDEN
     for index in range(num_cubes):
         _color_cube(spec, index)

@@ -15,6 +15,7 @@ from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
 from pigbench.envs.scene import Scene
 from pigbench.envs.units import CENTRE, POSITION_SCALE
+from pigbench.errors import lookup
 from pigbench.layout import Layout
 
 # Scales that bring every term to order 1, as in OGBench.
@@ -118,9 +119,14 @@ def _cube_terms(index: int) -> tuple[Term, ...]:
 
 
 def table(num_cubes: int, unobserved: Collection[str] = ()) -> tuple[Term, ...]:
-    """The observation's terms in order: all except those named in `unobserved`."""
+    """The observation's terms in order: all except those named in `unobserved`.
+
+    Raises UserError if there is none of such a name.
+    """
     cubes = (_cube_terms(index) for index in range(num_cubes))
     every = (*ROBOT_TERMS, *(term for cube in cubes for term in cube))
+    for name in unobserved:
+        lookup("observation", {term.name: term for term in every}, name)
     return tuple(term for term in every if term.name not in unobserved)
 
 

@@ -62,7 +62,13 @@ class Canvas:
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         self._frame = mujoco.MjrRect(0, 0, width, height)
         self._opengl = _opengl(width, height)
-        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        try:
+            self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        except mujoco.FatalError as error:
+            raise UserError(
+                f"OpenGL cannot draw pictures of {width} x {height} pixels here ({error}): choose "
+                "smaller ones"
+            ) from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
 
     def draw(self, data: mujoco.MjData) -> UInt8[np.ndarray, "height width 3"]:

@@ -20,19 +20,12 @@ from jaxtyping import Float, Int
 
 from pigbench.envs import robot
 from pigbench.envs.cubes import CUBE_DENSITY, CUBE_HALF_SIZE
+from pigbench.envs.walls import WALLS
 from pigbench.errors import lookup
 
 PHYSICS_STEP = 0.002
 CONTROL_STEP = 0.05
 SUBSTEPS = round(CONTROL_STEP / PHYSICS_STEP)
-
-# Wall name -> (half sizes, centre). Walls around the workspace keep cubes inside.
-WALLS = {
-    "wall_near": ((0.003, 0.38, 0.2), (0.22, 0.0, 0.1)),
-    "wall_right": ((0.205, 0.003, 0.2), (0.425, -0.38, 0.1)),
-    "wall_far": ((0.003, 0.38, 0.2), (0.63, 0.0, 0.1)),
-    "wall_left": ((0.205, 0.003, 0.2), (0.425, 0.38, 0.1)),
-}
 
 
 @dataclass(frozen=True)

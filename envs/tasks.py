@@ -4,6 +4,7 @@ A table maps each environment to its tasks; OGBench's environments have OGBench'
 order. A place is (x, y) in metres, followed by the level in a stack if that is not 0.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -12,7 +13,9 @@ from jaxtyping import Float
 
 from pigbench.envs.cubes import CUBE_HALF_SIZE, MAX_CUBES
 from pigbench.envs.reality import Reality
+from pigbench.envs.walls import WALLS
 from pigbench.errors import UserError
+from pigbench.names import check
 
 SUCCESS_DISTANCE = 0.04  # metres from its target within which a cube is placed
 START_JITTER = 0.01  # metres by which start positions are shifted at most in x and y
@@ -71,6 +74,8 @@ class EnvSpec:
         for holds, problem in self._requirements():
             if not holds:
                 raise UserError(f"environment {self.name!r} {problem}")
+        for task in self.tasks:
+            check("a task", task.name)
 
     def _requirements(self) -> Iterator[tuple[bool, str]]:
         """What must hold, and what is wrong if it does not."""
@@ -91,10 +96,46 @@ class EnvSpec:
                 f"has {self.num_cubes} cubes, but {task.name!r} places {starts} at the start and "
                 f"{goals} at the goal",
             )
+            for place in (*task.start, *task.goal):
+                yield (
+                    _is_on_table(place),
+                    f"has a cube at {place} in {task.name!r}: a place is (x, y) in metres, "
+                    f"{_INSIDE}, or (x, y, level) with a whole level in a stack",
+                )
+            yield (
+                len(task.jitter) == 2 and all(0 <= shift < math.inf for shift in task.jitter),
+                f"shifts starts by up to {task.jitter} in {task.name!r}: it must be (x, y) in "
+                "metres, both at least 0",
+            )
+        names = [task.name for task in self.tasks]
+        for name in names:
+            yield names.count(name) == 1, f"has two tasks named {name!r}: rename one"
+        yield (
+            0 < self.success_distance < math.inf,
+            f"has cubes placed within {self.success_distance} m: it must be more than 0",
+        )
         yield (
             0 <= low <= high <= 1,
             f"stacks with a probability from {low} to {high}: it must be a range within 0 to 1",
         )
+
+
+def _extent(axis: int) -> tuple[float, float]:
+    """From wall to wall, in metres."""
+    centres = [centre[axis] for _, centre in WALLS.values()]
+    return min(centres), max(centres)
+
+
+_X, _Y = _extent(0), _extent(1)
+_INSIDE = f"x from {_X[0]:g} to {_X[1]:g} and y from {_Y[0]:g} to {_Y[1]:g}"
+
+
+def _is_on_table(place: Place) -> bool:
+    if len(place) not in (2, 3):
+        return False
+    x, y, *levels = place
+    inside = _X[0] <= x <= _X[1] and _Y[0] <= y <= _Y[1]
+    return inside and all(level in range(MAX_CUBES) for level in levels)
 
 
 def _positions(places: tuple[Place, ...]) -> Float[np.ndarray, "cube 3"]:

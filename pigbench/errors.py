@@ -4,6 +4,7 @@ Every layer of the package may import this module; it imports none of them.
 """
 
 import difflib
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
@@ -41,9 +42,22 @@ def lookup(kind: str, table: Mapping[str, T], name: str) -> T:
     return table[name]
 
 
+def lookup_own(kind: str, table: Mapping[str, T], name: str) -> T:
+    """Like `lookup`, in a table to which a user's own file can add."""
+    if name not in table:
+        error = unknown_name(kind, name, table)
+        raise UserError(f"{error} (for one of your own, add --plugin FILE)")
+    return table[name]
+
+
 def require(config: object, holds: Callable[[Any], bool], rule: str, *fields: str) -> None:
-    """Raise `UserError` for the first of `fields` whose value does not satisfy `holds`."""
+    """Raise `UserError` for the first of `fields` whose value does not satisfy `holds`.
+
+    Neither do numbers that are not finite.
+    """
     for field in fields:
         value = getattr(config, field)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise UserError(f"{field} is {value}: it must be a finite number")
         if not holds(value):
             raise UserError(f"{field} is {value}: it must be {rule}")

@@ -75,7 +75,7 @@ class Generate:
 
     def run(self) -> None:
         """Generate the missing shards."""
-        named = lookup("environment", envs.SPECS, self.environment).policy
+        named = envs.get(self.environment).policy
         name = named if self.policy is None else self.policy
         policy = lookup("policy", POLICIES, name)
         files.require_folder(self.out)

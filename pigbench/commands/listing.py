@@ -13,8 +13,14 @@ def _environments() -> list[tuple[str, str]]:
     return [
         (
             name,
-            f"{spec.num_cubes} cube{'s' * (spec.num_cubes > 1)}, {len(spec.tasks)} tasks, "
-            f"{spec.episode_length} steps",
+            ", ".join(
+                f"{count} {noun}{'s' * (count > 1)}"
+                for noun, count in {
+                    "cube": spec.num_cubes,
+                    "task": len(spec.tasks),
+                    "step": spec.episode_length,
+                }.items()
+            ),
         )
         for name, spec in envs.SPECS.items()
     ]

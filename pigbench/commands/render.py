@@ -11,7 +11,7 @@ import tyro
 from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
 from pigbench.envs.rendering import Renderer
-from pigbench.errors import lookup, require, unknown_name
+from pigbench.errors import UserError, require, unknown_name
 from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
@@ -20,6 +20,8 @@ from pigbench.training.evaluation import Evaluation
 from pigbench.training.films import Shot
 from pigbench.training.recording import make_recorder
 from pigbench.training.restore import restore
+
+_LARGEST = 8192  # pixels; many OpenGL drivers draw no more
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,8 +32,8 @@ class Size:
     height: int = 480
 
     def __post_init__(self) -> None:
-        even = "an even number, at least 2"
-        require(self, lambda x: x >= 2 and x % 2 == 0, even, *vars(self))
+        even = f"an even number from 2 to {_LARGEST}"
+        require(self, lambda x: 2 <= x <= _LARGEST and x % 2 == 0, even, *vars(self))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Render:
         elif Path(self.source).is_dir():
             self._run()
         else:
-            raise unknown_name("environment or run", self.source, envs.names())
+            error = unknown_name("environment or run", self.source, envs.names())
+            raise UserError(f"{error} (for one of your own, add --plugin FILE)")
         print(f"{self.out} is drawn")
 
     def _scene(self) -> None:
@@ -124,7 +127,7 @@ class RenderData:
         opengl.choose()
         data = dataset.load(self.folder)
         shot = Shot(data.episode(self.split, self.episode, "qpos"), goal=None)
-        spec = lookup("environment", envs.SPECS, data.spec.environment)
+        spec = envs.get(data.spec.environment)
         with Renderer(spec.num_cubes, **dataclasses.asdict(self.size)) as renderer:
             _film(self.out, renderer, [shot])
         print(f"{self.out} is drawn")

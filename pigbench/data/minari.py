@@ -23,7 +23,6 @@ from jaxtyping import Float
 from pigbench import envs, gym
 from pigbench.data.dataset import Dataset, Split
 from pigbench.data.shard import FieldArray
-from pigbench.errors import lookup
 from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.support.progress import Progress
@@ -40,7 +39,7 @@ def write(dataset: Dataset, path: Path) -> list[Path]:
     the format describes, is unknown.
     """
     required("pyarrow.ipc", extra="share")
-    lookup("environment", envs.SPECS, dataset.spec.environment)
+    envs.get(dataset.spec.environment)
     files.require_new_folder(path)
     splits = {identify(dataset, name): split for name, split in dataset.splits.items()}
     total = sum(split.rows for split in splits.values())

@@ -49,7 +49,7 @@ def judge(dataset: Dataset, criteria: Collection[str], limits: Limits) -> list[J
     """
     for name in criteria:
         lookup("criterion", CRITERIA, name)
-    spec = lookup("environment", envs.SPECS, dataset.spec.environment)
+    spec = envs.get(dataset.spec.environment)
     if len(spec.tasks) != 1 or spec.num_cubes != 1:
         raise UserError(
             f"{dataset.folder} is of {spec.name}: episodes are judged by the only goal of one "

@@ -7,7 +7,6 @@ from typing import Any
 from pigbench import envs
 from pigbench.agents import AgentConfig
 from pigbench.data import manifest
-from pigbench.errors import lookup
 from pigbench.suite import jobs
 from pigbench.suite.spec import Environment, Suite
 from pigbench.support.compare import require_same
@@ -22,7 +21,7 @@ def configurations(suite: Suite, out: Path, parse: Parse) -> Mapping[tuple[str, 
     Raises UserError for anything that the suite's commands would reject.
     """
     for environment in suite.environments:
-        lookup("environment", envs.SPECS, environment.name)
+        envs.get(environment.name)
         _require_same_data(suite, environment, out)
         for job in jobs.preparation(suite, environment, out):
             parse(job.arguments)

@@ -2,7 +2,7 @@
 
 import importlib
 
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError, lookup_own
 from pigbench.names import check
 from pigbench.trackers.tracker import Tracker
 
@@ -31,7 +31,7 @@ def names() -> tuple[str, ...]:
 
 def get(name: str) -> type[Tracker]:
     """The tracker of that name. Raises UserError if it is unknown or not installed."""
-    lookup("logger", dict.fromkeys(names()), name)
+    lookup_own("logger", dict.fromkeys(names()), name)
     if name not in _TRACKERS:
         importlib.import_module(_MODULES[name])
     return _TRACKERS[name]

@@ -13,7 +13,7 @@ from pigbench.envs.cubes import MAX_CUBES
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics import MujocoPhysics
-from pigbench.envs.scene import WALLS
+from pigbench.envs.walls import WALLS
 from pigbench.errors import UserError
 
 COLUMNS = 4

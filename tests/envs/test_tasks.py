@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pigbench import envs
-from pigbench.envs import workspace
+from pigbench.envs import observation, workspace
 from pigbench.envs.tasks import TASKS
 from pigbench.errors import UserError
 
@@ -58,3 +58,33 @@ def test_an_environment_of_ones_own_has_a_name_of_its_own(monkeypatch):
         envs.register(spec)
     with pytest.raises(UserError, match="an environment is named 'a/b'"):
         envs.register(dataclasses.replace(spec, name="a/b"))
+
+
+PLACED = envs.Task("task1", start=((0.4, 0.1),), goal=((0.4, -0.1),))
+
+
+def placed(**changes: object) -> dict[str, tuple[envs.Task, ...]]:
+    return {"tasks": (dataclasses.replace(PLACED, **changes),)}
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        (placed(start=((40.0, 10.0),)), r"a cube at \(40.0, 10.0\) in 'task1': a place is"),
+        (placed(goal=((0.4,),)), r"a place is \(x, y\) in metres, x from 0.22 to 0.63"),
+        (placed(goal=((0.4, float("nan")),)), "a place is"),
+        (placed(goal=((0.4, 0.1, 0.5),)), "with a whole level"),
+        (placed(jitter=(0.1, -0.1)), r"starts by up to \(0.1, -0.1\)"),
+        (placed(name="a/b"), "a task is named 'a/b': choose"),
+        ({"tasks": (PLACED, PLACED)}, "two tasks named 'task1'"),
+        ({"success_distance": 0.0}, "placed within 0.0 m: it must be more than 0"),
+    ],
+)
+def test_what_is_wrong_with_an_environment_is_said(changes, says):
+    with pytest.raises(UserError, match=says):
+        dataclasses.replace(envs.SPECS["cube-single"], **changes)
+
+
+def test_what_is_not_observed_must_be_known():
+    with pytest.raises(UserError, match="unknown observation 'efector_pos': did you mean"):
+        observation.layout(1, {"efector_pos"})

@@ -58,6 +58,8 @@ WRONG = {
     "film of a scene": (["cube-single", "--out", "x.mp4"], r"does not end in \.png"),
     "no run": ([".", "--out", "x.mp4"], "is not a run"),
     "odd size": (["cube-single", "--out", "x.png", "--size.width", "63"], "even number"),
+    "huge size": (["cube-single", "--out", "x.png", "--size.width", "99998"], "from 2 to 8192"),
+    "environment of a file": (["cube-mine", "--out", "x.png"], "add --plugin FILE"),
 }
 
 
