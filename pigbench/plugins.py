@@ -33,11 +33,11 @@ def load_file(path: Path) -> None:
 
     Raises UserError if it does not exist or does not run.
     """
+    if not path.is_file() or path.suffix != ".py":
+        raise UserError(f"plugin {path} is not a Python file: name an existing one, NAME.py")
     name = f"{ENTRY_POINTS}:{path.resolve()}"
     if name in sys.modules:
         return
-    if not path.is_file() or path.suffix != ".py":
-        raise UserError(f"plugin {path} is not a Python file: name an existing one, NAME.py")
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

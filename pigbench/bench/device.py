@@ -17,6 +17,7 @@ from pigbench.bench import picking, simulation, training
 from pigbench.bench.budget import FIRST, RATE, Row, RowResult
 from pigbench.bench.timing import Contender, alternate
 from pigbench.envs.physics import ENGINES
+from pigbench.errors import require
 from pigbench.training.provenance import package_versions, surroundings
 
 PACKAGES = ("jaxlib", "mujoco-mjx", "warp-lang", "flax", "optax", "brax")
@@ -56,6 +57,12 @@ class Sizes:
     """Precisions of matrix products to compare with JAX's default, at preset paper."""
     seconds: float = 0.5
     """Length of a turn in seconds; a row has three turns."""
+
+    def __post_init__(self) -> None:
+        require(self, lambda x: x >= 1, "at least 1", "generation", "episodes", "picks")
+        require(self, lambda x: x > 0, "more than 0", "seconds")
+        counts = "simulations", "seeds", "cpu_seeds"
+        require(self, lambda many: all(x >= 1 for x in many), "numbers from 1", *counts)
 
 
 def rows(sizes: Sizes) -> list[Row]:

@@ -48,6 +48,7 @@ def _write(environment: str, transitions: int, folder: Path) -> None:
         action_size=env.action_size,
         versions=package_versions(),
     )
+    collect.require_room(env, spec.fields, episodes * EPISODE_ROWS, folder)
     simulate = collect.simulator(env, POLICIES["play"](env.spec, env.scene), spec)
     with Progress("simulating", total=EPISODE_ROWS, unit="control steps") as progress:
         simulated = simulate(Shard("", "train", 0, _SIMULATED), progress.advance).arrays
@@ -58,7 +59,6 @@ def _write(environment: str, transitions: int, folder: Path) -> None:
     spec = dataclasses.replace(spec, episodes_per_shard=_EPISODES_PER_SHARD)
     writer = Writer(folder, spec)
     missing = writer.missing()
-    collect.require_room(env, spec.fields, episodes * EPISODE_ROWS, folder)
     with Progress("writing", total=len(missing), unit="shards") as progress:
         for part in missing:
             rows = part.episodes * EPISODE_ROWS

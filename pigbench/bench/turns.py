@@ -23,6 +23,7 @@ class Turns:
 
     def __post_init__(self) -> None:
         require(self, lambda x: x >= 1, "at least 1", "turns")
+        require(self, lambda x: x > 0, "more than 0", "seconds")
 
 
 def take_turns(task: str, contenders: Sequence[Contender], turns: Turns) -> Mapping[str, Timing]:

@@ -8,7 +8,7 @@ import tyro
 
 from pigbench.data import dataset, formats, hub, manifest, selection
 from pigbench.data.quality import CRITERIA, Limits
-from pigbench.errors import UserError
+from pigbench.errors import UserError, require
 from pigbench.report.formats import markdown_grid
 from pigbench.sharing import card
 from pigbench.sharing import data as sharing
@@ -93,6 +93,9 @@ class DataExport:
     """Format: ogbench, minari or lerobot."""
     goals: str = "state"
     """state, or cubes to add each row's cube positions, as in OGBench's `-oraclerep` data."""
+
+    def __post_init__(self) -> None:
+        require(self, lambda x: x is None or x >= 1, "at least 1", "rows_per_file")
 
     def run(self) -> None:
         """Write the files."""

@@ -10,7 +10,7 @@ import jax
 from pigbench.bench import budget, device, device_record, device_report
 from pigbench.bench.budget import RATE, Row, RowResult
 from pigbench.bench.device import Sizes
-from pigbench.errors import UserError
+from pigbench.errors import require
 from pigbench.support.lock import only_writer
 
 
@@ -34,8 +34,7 @@ class Device:
 
     def run(self) -> None:
         """Measure, print each row as it is done, and write tables and a plot."""
-        if self.minutes <= 0:
-            raise UserError(f"minutes is {self.minutes:g}: it must be more than 0")
+        require(self, lambda x: x > 0, "more than 0", "minutes")
         deadline = time.monotonic() + 60 * self.minutes
         os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")  # read when JAX starts
         jax.config.update("jax_enable_compilation_cache", False)  # compilation is timed too

@@ -9,7 +9,7 @@ from pigbench import devices, envs
 from pigbench.bench import footprint, scaling
 from pigbench.bench.scaling import Point
 from pigbench.bench.turns import Turns, save, take_turns
-from pigbench.errors import UserError
+from pigbench.errors import UserError, require
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files, memory
 
@@ -78,6 +78,7 @@ class Memory:
 
     def run(self) -> None:
         """Compile and print a table."""
+        require(self, lambda x: x > 0, "more than 0", "card")
         _check(*self.simulations)
         devices.backend()
         footprints = footprint.measure(

@@ -13,6 +13,7 @@ import tyro
 
 from pigbench import agents, envs, names, opengl, trackers
 from pigbench.agents import AgentConfig, Statistics, kinds
+from pigbench.agents.registry import PRESETS
 from pigbench.commands.parsing import MAY_BE_EMPTY
 from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
@@ -83,6 +84,7 @@ class Train:
     """Where the data's rows are kept: device, disk, or auto for the device if they fit."""
 
     def __post_init__(self) -> None:
+        lookup("preset", PRESETS, self.preset)
         if self.variant:
             names.check("the variant", self.variant)
         if len(set(self.seeds)) < len(self.seeds):

@@ -9,7 +9,7 @@ from jaxtyping import Float, Real
 from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.envs.units import metres
-from pigbench.errors import UserError
+from pigbench.errors import UserError, require
 from pigbench.layout import Layout
 
 FREE = 0.1
@@ -34,6 +34,9 @@ class Limits:
     """Rows of the longest episode."""
     max_drops: int = 0
     """Largest number of times that the cube is lost in the air."""
+
+    def __post_init__(self) -> None:
+        require(self, lambda x: x >= 0, "at least 0", *vars(self))
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,8 @@ def test_kinds_are_chosen_at_each_level():
         ("qrl --agent.actor.kind awr --agent.actor.bc-weight 1", "Unrecognized options"),
         ("gcivl --agent.regularizer.kind eikonel", "unknown regularizer 'eikonel': did you mean"),
         ("gcivl --agent.regularizer.kind", "kind"),
+        ("gcivl --agent.learning-rate 1e400", "learning_rate is inf: it must be a finite number"),
+        ("gcivl --agent.temperature nan", "temperature is nan: it must be a finite number"),
     ],
 )
 def test_constants_of_another_kind_are_refused(arguments, says):
