@@ -174,6 +174,9 @@ def test_an_exception_is_one_line_that_names_its_place(what, tmp_path):
     assert done.stderr.endswith("plugin.py, line 3)\n")
 
 
-def test_a_plugin_needs_a_file():
+def test_a_plugin_needs_a_file(tmp_path):
+    (tmp_path / "loop.py").symlink_to("loop.py")
+    with pytest.raises(UserError, match=r"loop\.py is not a Python file"):
+        plugins.load_file(tmp_path / "loop.py")
     with pytest.raises(UserError, match=r"--plugin: expected one argument"):
         cli.run(["list", "methods", "--plugin"])
