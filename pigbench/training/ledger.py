@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pigbench.agents import Metrics, TrainState
+from pigbench.agents import TrainState
 from pigbench.trackers import Tracker, evaluated
 from pigbench.trackers.tracker import FILM
 from pigbench.training import episodes
@@ -13,6 +13,7 @@ from pigbench.training.checkpoints import Checkpoints
 from pigbench.training.episodes import Episode
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.run import Run
+from pigbench.training.updates import MeanMetrics
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Ledger:
             trackers = [stack.enter_context(tracker(run, step=step)) for tracker in shown_by]
             yield cls(run, checkpoints, log, trackers)
 
-    def enter_metrics(self, step: int, metrics: Metrics) -> None:
+    def enter_metrics(self, step: int, metrics: MeanMetrics) -> None:
         """Log and show the mean metrics of the updates up to `step`."""
         values = {name: float(value) for name, value in metrics.items()}
         self.log.write(step, values)

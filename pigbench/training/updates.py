@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Int, Key
+import numpy as np
+from jaxtyping import Array, Int, Key, Shaped
 
 from pigbench import agents
 from pigbench.agents import Agent, Batch, Metrics, TrainState
@@ -22,7 +23,9 @@ Tree = TypeVar("Tree")
 
 ONE_DEVICE = Sharding()
 
-Updates = Callable[[TrainState, int, int], tuple[TrainState, list[Metrics]]]
+MeanMetrics = dict[str, np.float32]
+
+Updates = Callable[[TrainState, int, int], tuple[TrainState, list[MeanMetrics]]]
 """Updates a joined state from one step up to another; returns the new one and mean metrics by seed.
 
 The given state cannot be used afterwards.
@@ -43,11 +46,11 @@ def make_updates(
     @partial(jax.jit, donate_argnums=0)
     def run(
         state: TrainState, key: Key[Array, "*seed"], part: Any, start: int, stop: int
-    ) -> tuple[TrainState, Metrics]:
+    ) -> tuple[TrainState, dict[str, Shaped[Array, "*seed"]]]:
         state, sums = loop(state, key, part, start, stop)
         return sharding.share_state(state, joined=bool(key.ndim)), sums
 
-    def updates(state: TrainState, start: int, stop: int) -> tuple[TrainState, list[Metrics]]:
+    def updates(state: TrainState, start: int, stop: int) -> tuple[TrainState, list[MeanMetrics]]:
         sums, done = [], start
         state = sharding.spread(state, joined=bool(key.ndim))
         for part, end in source.parts(start, stop):

@@ -3,6 +3,7 @@
 import dataclasses
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -74,7 +75,7 @@ def test_gathered_batches_are_those_drawn_on_the_device(split, monkeypatch):
                 drawn = sampler.sample(
                     batch_key, Rows.from_split(split), agent.sampling, agent.config.batch_size
                 )
-                gathered = source.batch(part, batch_key, np.int32(step))
+                gathered = source.batch(part, batch_key, jnp.int32(step))
                 assert_same(gathered, drawn)
 
 

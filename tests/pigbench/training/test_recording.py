@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -46,7 +47,7 @@ def test_what_comes_after_the_limit_is_no_success(limit, success):
             states=SimpleNamespace(
                 done=placed,
                 info={"success": placed, "task": np.array([1]), "target": np.zeros((1, 1, 3))},
-                pipeline_state=SimpleNamespace(qpos=np.full((1, 2), time)),
+                pipeline_state=SimpleNamespace(qpos=jnp.full((1, 2), float(time))),
             ),
         )
 
