@@ -66,5 +66,5 @@ def test_results_of_another_machine_are_not_kept(tmp_path):
 
 
 def test_there_must_be_time(tmp_path):
-    with pytest.raises(UserError, match="minutes is 0.0: it must be more than 0"):
+    with pytest.raises(UserError, match=r"minutes is 0\.0: it must be more than 0"):
         bench(tmp_path, 0)
