@@ -1,7 +1,7 @@
 """Statistics of the observations in the data, as needed for standardisation."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Float32
@@ -14,7 +14,6 @@ DEVIATION_FLOOR = 0.02
 _ROWS = 1_000_000  # read at most; the statistics of more rows are the same to three digits
 
 
-@runtime_checkable
 class Table(Protocol):
     """Anything that rows can be sliced from, in memory or on disk."""
 

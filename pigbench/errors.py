@@ -42,11 +42,15 @@ def lookup(kind: str, table: Mapping[str, T], name: str) -> T:
     return table[name]
 
 
+def unknown_own(kind: str, name: str, known: Iterable[str]) -> UserError:
+    """Like `unknown_name`, of what a user's own file can add to."""
+    return UserError(f"{unknown_name(kind, name, known)} (for one of your own, add --plugin FILE)")
+
+
 def lookup_own(kind: str, table: Mapping[str, T], name: str) -> T:
     """Like `lookup`, in a table to which a user's own file can add."""
     if name not in table:
-        error = unknown_name(kind, name, table)
-        raise UserError(f"{error} (for one of your own, add --plugin FILE)")
+        raise unknown_own(kind, name, table)
     return table[name]
 
 

@@ -11,7 +11,7 @@ import tyro
 from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
 from pigbench.envs.rendering import Renderer
-from pigbench.errors import UserError, require, unknown_name
+from pigbench.errors import require, unknown_own
 from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
@@ -67,8 +67,7 @@ class Render:
         elif Path(self.source).is_dir():
             self._run()
         else:
-            error = unknown_name("environment or run", self.source, envs.names())
-            raise UserError(f"{error} (for one of your own, add --plugin FILE)")
+            raise unknown_own("environment or run", self.source, envs.names())
         print(f"{self.out} is drawn")
 
     def _scene(self) -> None:

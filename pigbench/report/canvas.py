@@ -16,7 +16,6 @@ from matplotlib.container import Container
 from matplotlib.figure import Figure
 from matplotlib.ticker import (
     EngFormatter,
-    FuncFormatter,
     LogLocator,
     MaxNLocator,
     NullFormatter,
@@ -136,11 +135,11 @@ def log_axis(panel: Axes, name: Literal["x", "y"]) -> None:
     panel.set(**{f"{name}scale": "log"})
     axis = panel.xaxis if name == "x" else panel.yaxis
     axis.set_major_locator(LogLocator(subs=_LABELLED))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: _number(value)))
+    axis.set_major_formatter(_number)
     axis.set_minor_formatter(NullFormatter())
 
 
-def _number(value: float) -> str:
+def _number(value: float, _: object) -> str:
     return EngFormatter(sep="")(value) if value >= 1 else f"{value:g}"
 
 

@@ -7,7 +7,7 @@ import contextlib
 import os
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import jax
 import numpy as np
@@ -25,7 +25,6 @@ _MOST_UPDATES = 256  # per block: training starts only when the first block is c
 _AHEAD = 4  # blocks gathered or being gathered beyond the one in use
 
 
-@runtime_checkable
 class Batches(Protocol):
     """The batches of a training run; updates run in parts, each one call of a compiled program."""
 
