@@ -42,7 +42,8 @@ _LOOK: dict[Any, Any] = {
 }
 # No dates in files: same runs, same bytes.
 _METADATA = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
-_LABELLED = 1, 2, 5  # multiples of powers of ten on a logarithmic axis
+_LABELLED = 1, 2, 5  # multiples of powers of ten on a logarithmic axis; the first on a wide one
+_WIDE = 1e3
 # Inches.
 _LEAST_WIDTH = 4.8
 _LEGEND_LINE = 0.18
@@ -131,10 +132,15 @@ def add_legend(figure: Figure, handles: Mapping[str, Artist | Container]) -> Non
 
 
 def log_axis(panel: Axes, name: Literal["x", "y"]) -> None:
-    """Make an axis logarithmic, with plain numbers as labels: Matplotlib's own are formulas."""
+    """Make the axis of what is drawn logarithmic, with plain numbers as labels.
+
+    Matplotlib's own are formulas.
+    """
     panel.set(**{f"{name}scale": "log"})
     axis = panel.xaxis if name == "x" else panel.yaxis
-    axis.set_major_locator(LogLocator(subs=_LABELLED))
+    low, high = panel.get_xlim() if name == "x" else panel.get_ylim()
+    wide = high / low > _WIDE
+    axis.set_major_locator(LogLocator(subs=_LABELLED[:1] if wide else _LABELLED))
     axis.set_major_formatter(_number)
     axis.set_minor_formatter(NullFormatter())
 
