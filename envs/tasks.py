@@ -4,6 +4,7 @@ A table maps each environment to its tasks; OGBench's environments have OGBench'
 order. A place is (x, y) in metres, followed by the level in a stack if that is not 0.
 """
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from pigbench.errors import UserError
 from pigbench.names import check
 
 SUCCESS_DISTANCE = 0.04  # metres from its target within which a cube is placed
+_TOLERANCE = 1e-6  # metres by which cubes that touch may seem to overlap
 START_JITTER = 0.01  # metres by which start positions are shifted at most in x and y
 
 Place = tuple[float, ...]  # (x, y) on the floor, or (x, y, level)
@@ -102,6 +104,13 @@ class EnvSpec:
                     f"has a cube at {place} in {task.name!r}: a place is (x, y) in metres, "
                     f"{_INSIDE}, or (x, y, level) with a whole level in a stack",
                 )
+            for places in (task.start, task.goal):
+                for one, other in itertools.combinations(places, 2):
+                    yield (
+                        not _overlap(one, other),
+                        f"has cubes at {one} and at {other} in {task.name!r}: they are "
+                        f"{2 * CUBE_HALF_SIZE:g} m wide, and must not overlap",
+                    )
             yield (
                 len(task.jitter) == 2 and all(0 <= shift < math.inf for shift in task.jitter),
                 f"shifts starts by up to {task.jitter} in {task.name!r}: it must be (x, y) in "
@@ -136,6 +145,12 @@ def _is_on_table(place: Place) -> bool:
     x, y, *levels = place
     inside = _X[0] <= x <= _X[1] and _Y[0] <= y <= _Y[1]
     return inside and all(level in range(MAX_CUBES) for level in levels)
+
+
+def _overlap(one: Place, other: Place) -> bool:
+    """Whether cubes at these places, parallel to the axes, would be inside one another."""
+    apart = np.abs(np.subtract(*_positions((one, other))))
+    return bool((apart < 2 * CUBE_HALF_SIZE - _TOLERANCE).all())
 
 
 def _positions(places: tuple[Place, ...]) -> Float[np.ndarray, "cube 3"]:

@@ -16,7 +16,7 @@ from pigbench.data.sampler import Rows
 from pigbench.errors import require
 from pigbench.report.formats import markdown_grid
 from pigbench.seeds import Seed
-from pigbench.support import files
+from pigbench.support import files, memory
 from pigbench.support.lock import only_writer
 from pigbench.training.restore import restore
 
@@ -62,6 +62,7 @@ class Analyze:
         from pigbench.analysis import figure  # imports Matplotlib, which takes long
 
         require(self, lambda x: x >= 1, "at least 1", "samples")
+        memory.require_for(self.samples, "samples")
         out = self.out or self.run_folder / "analysis"
         files.require_folder(out)
         # Nothing is simulated: any engine does, and this machine may lack the run's own.

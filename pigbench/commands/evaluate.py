@@ -1,7 +1,6 @@
 """`pigbench evaluate`: roll out a trained policy on every task."""
 
 import dataclasses
-import math
 from pathlib import Path
 
 import tyro
@@ -17,6 +16,8 @@ from pigbench.training.evaluate import as_episodes, make_evaluator
 from pigbench.training.evaluation import Evaluation
 from pigbench.training.restore import Trained, restore
 from pigbench.training.run import read_run
+
+_MOST_NOISE = 1000.0  # mm, more than the table is long
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,8 +47,8 @@ class Evaluate:
 
     def __post_init__(self) -> None:
         for level in self.noise:
-            if not 0 <= level < math.inf:
-                raise UserError(f"noise is {level:g}: it must be 0 mm or more")
+            if not 0 <= level <= _MOST_NOISE:
+                raise UserError(f"noise is {level:g}: it must be from 0 to {_MOST_NOISE:g} mm")
 
     def run(self) -> None:
         """Evaluate, record and print the success of each task."""

@@ -56,7 +56,7 @@ class SubgoalErrors:
     def run(self) -> None:
         """Simulate and print the table."""
         require(self, lambda x: x >= 1, "at least 1", "samples")
-        memory.require_for(self.samples)
+        memory.require_for(self.samples, "samples")
         out = self.out or self.run_folder / "analysis" / "subgoals.md"
         files.require_file(out)
         run, env, agent, state = restore(self.run_folder)

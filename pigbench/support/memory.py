@@ -1,4 +1,4 @@
-"""The memory at hand: simulations that do not fit are rejected before they begin."""
+"""The memory at hand: what does not fit is rejected before it begins."""
 
 import os
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ SHARERS = "PIGBENCH_SHARERS"
 """The environment variable that tells a suite's jobs how many of them share a machine."""
 
 _BYTES_EACH = 4096
-"""The least that one simulation takes (one cube, the C engine)."""
+"""The least that one simulation takes (one cube, the C engine), or about what a sample does."""
 
 _GROUPS = Path("proc/self/cgroup")
 _LIMITS = {
@@ -34,13 +34,13 @@ def share() -> int:
     return available() // int(os.environ.get(SHARERS, 1))
 
 
-def require_for(simulations: int) -> None:
-    """Raise UserError if so many simulations at once need more than all of the memory."""
-    need = _BYTES_EACH * simulations
+def require_for(count: int, what: str = "simulations at once") -> None:
+    """Raise UserError if so many simulations or samples need more than all of the memory."""
+    need = _BYTES_EACH * count
     memory = available()
     if need > memory:
         raise UserError(
-            f"{simulations:,} simulations at once take {need / 1e9:,.1f} GB at least, and this "
+            f"{count:,} {what} take {need / 1e9:,.1f} GB at least, and this "
             f"machine has {memory / 1e9:,.1f}: choose fewer"
         )
 

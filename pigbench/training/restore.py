@@ -12,6 +12,8 @@ from pigbench.errors import UserError
 from pigbench.training import episodes
 from pigbench.training.run import Run, agent_config, read_run, read_statistics
 
+_LONGEST_STEP = 18  # digits
+
 
 class Trained(NamedTuple):
     """A run with one of its checkpoints."""
@@ -51,7 +53,7 @@ def _step(run: Run, kept: Sequence[int], checkpoint: str) -> int:
         return kept[-1]
     if checkpoint == "best":
         step = episodes.best_step(episodes.read(run.episodes_path))
-    elif checkpoint.isdecimal():
+    elif checkpoint.isdecimal() and len(checkpoint) <= _LONGEST_STEP:
         step = int(checkpoint)
     else:
         raise UserError(f"checkpoint is {checkpoint!r}: it must be last, best or a training step")

@@ -62,6 +62,9 @@ def test_an_environment_of_ones_own_has_a_name_of_its_own(monkeypatch):
 
 PLACED = envs.Task("task1", start=((0.4, 0.1),), goal=((0.4, -0.1),))
 
+HALF_INSIDE = (0.4, 0.0), (0.42, 0.02)
+TOUCHING = (0.4, 0.0), (0.42, 0.04)
+
 
 def placed(**changes: object) -> dict[str, tuple[envs.Task, ...]]:
     return {"tasks": (dataclasses.replace(PLACED, **changes),)}
@@ -76,6 +79,7 @@ def placed(**changes: object) -> dict[str, tuple[envs.Task, ...]]:
         (placed(goal=((0.4, 0.1, 0.5),)), "with a whole level"),
         (placed(jitter=(0.1, -0.1)), r"starts by up to \(0.1, -0.1\)"),
         (placed(name="a/b"), "a task is named 'a/b': choose"),
+        ({"num_cubes": 2} | placed(start=HALF_INSIDE, goal=TOUCHING), r"cubes at \(0.4, 0.0\) and"),
         ({"tasks": (PLACED, PLACED)}, "two tasks named 'task1'"),
         ({"success_distance": 0.0}, "placed within 0.0 m: it must be more than 0"),
     ],

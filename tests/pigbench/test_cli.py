@@ -126,8 +126,9 @@ def test_a_policy_can_be_tried_in_noise(run, short, tmp_path, capsys):
     assert noisy != [row for row in episodes.read(copy / "episodes.csv") if row.step == 4]
     cli.run(["table", str(copy), "--show", "noise"])
     assert "20 mm" in capsys.readouterr().out
-    with pytest.raises(UserError, match="noise is -1: it must be 0 mm or more"):
-        cli.run(["evaluate", str(copy), "--noise", "-1"])
+    for level in ("-1", "1e30"):
+        with pytest.raises(UserError, match=r"noise is .*: it must be from 0 to 1000 mm"):
+            cli.run(["evaluate", str(copy), "--noise", level])
 
 
 def test_a_policy_can_be_held_against_ogbench(run, short, tmp_path, capsys):

@@ -53,3 +53,5 @@ def test_an_impossible_number_of_samples_is_refused(folders, command):
     data, run = folders
     with pytest.raises(cli.UserError, match="samples is 0: it must be at least 1"):
         cli.run([command, str(run), "--data", str(data), "--samples", "0"])
+    with pytest.raises(cli.UserError, match=r"samples take .* choose fewer"):
+        cli.run([command, str(run), "--data", str(data), "--samples", "9" * 20])
