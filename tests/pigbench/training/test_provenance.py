@@ -26,7 +26,8 @@ def test_provenance_is_json_and_names_the_commit_and_the_command(tmp_path, monke
     assert json.loads((tmp_path / "provenance.json").read_text()) == found
     assert found["numerics"] == settings.in_force()
     assert found["command"] == "pigbench train gcivl --out 'a folder'"
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[3]
+    assert (root / "pyproject.toml").exists()
     if (root / ".git").exists():
         command = ["git", "-C", str(root), "rev-parse", "HEAD"]
         commit = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
