@@ -12,7 +12,8 @@ import jax.numpy as jnp
 from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents import losses
-from pigbench.agents.agent import Agent, Config, LossAndMetrics, Metrics, Params
+from pigbench.agents.agent import Agent, Config, Params
+from pigbench.agents.metrics import LossAndMetrics, Metrics
 from pigbench.agents.networks import Policy, apply
 from pigbench.agents.representations import GOALS
 from pigbench.shapes import Array
@@ -21,7 +22,7 @@ from pigbench.shapes import Array
 class PolicyAgent(Agent[Config]):
     """An agent that acts with the mean of one policy, whose parameters are named "policy"."""
 
-    goals = tuple(GOALS)
+    supported_goals = tuple(GOALS)
 
     @cached_property
     def policy(self) -> Policy:

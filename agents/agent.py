@@ -1,7 +1,6 @@
 """The interface of agents: stateless definitions that take and return parameters as pytrees."""
 
 import abc
-from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
 import jax.numpy as jnp
@@ -12,6 +11,7 @@ from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.directions import Coordinates
+from pigbench.agents.metrics import LossAndMetrics
 from pigbench.agents.regularizers import NoRegularizer, Regularizer
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.agents.statistics import Statistics
@@ -20,40 +20,8 @@ from pigbench.layout import Space
 from pigbench.shapes import Array
 
 Params = dict[str, PyTree]  # network name -> parameters
-Metrics = dict[str, Scalar]  # "<part>/<quantity>" -> value
-LossAndMetrics = tuple[Scalar, Metrics]
 
 Config = TypeVar("Config", bound=AgentConfig)
-T = TypeVar("T")
-
-
-def combine(*parts: LossAndMetrics) -> LossAndMetrics:
-    """The sum of the parts' losses, and all their metrics."""
-    metrics = {name: value for _, part in parts for name, value in part.items()}
-    return jnp.stack([loss for loss, _ in parts]).sum(), metrics
-
-
-def describe(part: str, values: Float[Array, "..."]) -> Metrics:
-    """The mean, minimum and maximum of `values`, as metrics of `part`."""
-    return {
-        f"{part}/mean": values.mean(),
-        f"{part}/min": values.min(),
-        f"{part}/max": values.max(),
-    }
-
-
-def add_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
-    """`entries` with `prefix` added to every name, to tell the levels of a hierarchy apart."""
-    return {prefix + name: entry for name, entry in entries.items()}
-
-
-def take_prefix(prefix: str, entries: Mapping[str, T]) -> dict[str, T]:
-    """The inverse of `add_prefix`: the entries with this prefix, without it."""
-    return {
-        name.removeprefix(prefix): entry
-        for name, entry in entries.items()
-        if name.startswith(prefix)
-    }
 
 
 class Agent(abc.ABC, Generic[Config]):
@@ -72,8 +40,8 @@ class Agent(abc.ABC, Generic[Config]):
     average_rate: float = 1.0
     """The weight of new parameters in the average that acts; at 1, the latest ones act."""
 
-    goals: tuple[str, ...] = ("state",)
-    """The keys of `GOALS` that the agent supports; all but "state" require `as_goals`."""
+    supported_goals: tuple[str, ...] = ("state",)
+    """Keys of `GOALS`; all but "state" require `as_goals`."""
 
     def __init__(
         self,
@@ -89,11 +57,11 @@ class Agent(abc.ABC, Generic[Config]):
         self.action_size = space.action_size
         self.statistics = statistics
         self.units = units
-        if config.goals not in self.goals:
+        if config.goals not in self.supported_goals:
             raise UserError(
                 f"goals is {config.goals!r}: {type(self).__name__} supports only "
-                f"{', '.join(self.goals)} (if its loss and act pass goals to as_goals, list others "
-                "in its `goals`)"
+                f"{', '.join(self.supported_goals)} (if its loss and act pass goals to as_goals, "
+                "list others in its `supported_goals`)"
             )
         self._represent_goals = None  # goals are passed on unchanged, whatever the layout
         if config.goals != "state":

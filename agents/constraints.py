@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from jaxtyping import Float
 
 from pigbench.agents import losses
-from pigbench.agents.residuals import HJB, Eikonal, Steps, ValueFunction, gradient_norm
+from pigbench.agents.residuals import HJB, Eikonal, Transitions, ValueFunction, gradient_norm
 from pigbench.errors import require
 from pigbench.shapes import Array
 from pigbench.support.schema import BY_KIND
@@ -28,7 +28,7 @@ class TransitionConstraint:
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self, value: ValueFunction, steps: Steps, step_distances: Float[Array, "batch"]
+        self, value: ValueFunction, transitions: Transitions, step_distances: Float[Array, "batch"]
     ) -> Float[Array, "batch"]:
         """relu(d(s, s') - 1)^2, where `step_distances` are d(s, s')."""
         return losses.hinge(step_distances - 1)
@@ -46,16 +46,19 @@ class EikonalConstraint(Eikonal):
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self, value: ValueFunction, steps: Steps, step_distances: Float[Array, "batch"]
+        self, value: ValueFunction, transitions: Transitions, step_distances: Float[Array, "batch"]
     ) -> Float[Array, "batch"]:
         """relu(||grad_s d|| S(s) - 1)^2, where `value` is -d(., g)."""
-        _, norms = gradient_norm(value, steps.states)
+        _, norms = gradient_norm(value, transitions.states)
         return losses.hinge(norms * self.speed - 1)
 
 
 @dataclass(frozen=True)
 class HJBConstraint(HJB):
-    """The HJB equation, from both sides. Raises `UserError` if a constant is out of range."""
+    """The HJB equation; deviations of either sign count.
+
+    Raises `UserError` if a constant is out of range.
+    """
 
     margin: float = 0.05  # the mean violation allowed
     kind: Literal["hjb"] = "hjb"  # transition, eikonal or hjb
@@ -65,10 +68,10 @@ class HJBConstraint(HJB):
         require(self, lambda x: x >= 0, "at least 0", "margin")
 
     def violations(
-        self, value: ValueFunction, steps: Steps, step_distances: Float[Array, "batch"]
+        self, value: ValueFunction, transitions: Transitions, step_distances: Float[Array, "batch"]
     ) -> Float[Array, "batch"]:
         """The HJB residual of `value`, which is -d(., g)."""
-        return self.residuals(value, steps)[1]
+        return self.residuals(value, transitions)[1]
 
 
 Constraint = Annotated[TransitionConstraint | EikonalConstraint | HJBConstraint, BY_KIND]

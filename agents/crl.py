@@ -15,9 +15,10 @@ from jaxtyping import Float, PRNGKeyArray, PyTree
 
 from pigbench.agents import actors
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import LossAndMetrics, Params, combine
+from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch, GoalMixture
 from pigbench.agents.config import AgentConfig
+from pigbench.agents.metrics import LossAndMetrics, combine
 from pigbench.agents.networks import BilinearCritic, apply_ensemble, init_ensemble
 from pigbench.errors import require
 from pigbench.shapes import Array

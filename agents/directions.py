@@ -60,13 +60,12 @@ def _standardized(coordinates: Coordinates) -> Direction:
 
 
 DIRECTIONS: Mapping[str, Callable[[Coordinates], Direction]] = {
-    "own": lambda coordinates: Direction(),
-    "raw": lambda coordinates: Direction(units=coordinates.units),
-    "standardized": _standardized,
-    "positions": _positions,
+    "own": lambda coordinates: Direction(),  # in the coordinates that the agent sees
+    "raw": lambda coordinates: Direction(units=coordinates.units),  # in those of the observation
+    "standardized": _standardized,  # in standard deviations of the data
+    "positions": _positions,  # in the agent's, without velocities
 }
-"""How motion is measured: in the agent's own coordinates, with or without velocities, in those of
-the observation, or in standard deviations of the data."""
+"""How motion is measured."""
 
 
 def make(name: str, coordinates: Coordinates) -> Direction:

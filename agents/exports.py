@@ -1,6 +1,6 @@
 """The names that `pigbench.agents` exports and that need JAX."""
 
-from pigbench.agents.agent import Agent, Metrics, Params
+from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import (
@@ -10,13 +10,15 @@ from pigbench.agents.constraints import (
     TransitionConstraint,
 )
 from pigbench.agents.crl import CRL, CRLConfig
+from pigbench.agents.flow_clone import FlowClone, FlowCloneConfig
 from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
 from pigbench.agents.gciql import GCIQL, GCIQLConfig
 from pigbench.agents.gcivl import GCIVL, GCIVLConfig
 from pigbench.agents.hiql import HIQL, HIQLConfig
 from pigbench.agents.learner import TrainState, create, update
-from pigbench.agents.qrl import AWR, DDPGBC, QRL, QRLConfig
+from pigbench.agents.metrics import Metrics
+from pigbench.agents.qrl import QRL, AWRExtraction, DDPGBCExtraction, QRLConfig
 from pigbench.agents.registry import Method, build, get, hierarchy, register
 from pigbench.agents.regularizers import (
     EikonalRegularizer,
@@ -24,23 +26,22 @@ from pigbench.agents.regularizers import (
     NoRegularizer,
     Regularizer,
 )
-from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
 
 __all__ = [
-    "AWR",
     "CRL",
-    "DDPGBC",
     "GCBC",
     "GCIQL",
     "GCIVL",
     "HIQL",
     "QRL",
+    "AWRExtraction",
     "Agent",
     "AgentConfig",
     "Batch",
     "CRLConfig",
     "Constraint",
+    "DDPGBCExtraction",
     "EikonalConstraint",
     "EikonalRegularizer",
     "FlowClone",

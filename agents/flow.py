@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float, Int, PRNGKeyArray, PyTree
 
-from pigbench.agents.agent import LossAndMetrics
+from pigbench.agents.metrics import LossAndMetrics
 from pigbench.agents.networks import MLP, apply
 from pigbench.shapes import Array
 

@@ -15,19 +15,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float, PRNGKeyArray, Scalar
 
-from pigbench.agents.agent import (
-    Agent,
-    LossAndMetrics,
-    Params,
-    add_prefix,
-    combine,
-    take_prefix,
-)
+from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.gcivl import GCIVLConfig
+from pigbench.agents.metrics import LossAndMetrics, add_prefix, combine, take_prefix
 from pigbench.agents.regularizers import Regularizer
 from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
@@ -85,7 +79,7 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     The names of networks and metrics start with "high_" or "low_".
     """
 
-    goals = tuple(GOALS)
+    supported_goals = tuple(GOALS)
 
     def __init__(
         self,

@@ -4,9 +4,10 @@ from jaxtyping import PRNGKeyArray
 
 from pigbench.agents import actors
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import LossAndMetrics, Params
+from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
+from pigbench.agents.metrics import LossAndMetrics
 
 
 class GCBC(PolicyAgent[AgentConfig]):

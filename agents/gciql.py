@@ -13,9 +13,10 @@ from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import LossAndMetrics, Params, combine, describe
+from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
+from pigbench.agents.metrics import LossAndMetrics, combine, describe
 from pigbench.agents.networks import Critic, Value, apply, apply_ensemble, init_ensemble
 from pigbench.errors import require
 from pigbench.shapes import Array

@@ -15,12 +15,13 @@ from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import LossAndMetrics, Params, combine, describe
+from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
+from pigbench.agents.metrics import LossAndMetrics, combine, describe
 from pigbench.agents.networks import Value, apply, apply_ensemble, init_ensemble
 from pigbench.agents.regularizers import NoRegularizer, Regularizer
-from pigbench.agents.residuals import Steps, ValuesAndResiduals
+from pigbench.agents.residuals import Transitions, ValuesAndResiduals
 from pigbench.errors import lookup, require
 from pigbench.shapes import Array
 
@@ -42,7 +43,10 @@ class GCIVLConfig(AgentConfig):
 
 
 GOAL_REWARDS = {"-1/0": 0.0, "0/1": 1.0}
-"""The reward at the goal, by the name of the rewards; before the goal it is 1 less."""
+"""The reward r_g at the goal, by the name of the rewards; before the goal it is 1 less.
+
+With V_c the value for rewards -1/0, V = r_g + c V_c, where c = 1 for -1/0 and 1 - discount for 0/1.
+"""
 
 
 class GCIVL(PolicyAgent[GCIVLConfig]):
@@ -84,32 +88,33 @@ class GCIVL(PolicyAgent[GCIVLConfig]):
         observation: Float[Array, "observation"],
         goal: Float[Array, "observation"],
     ) -> Scalar:
-        """The mean of the members, on the scale of a cost of 1 per step, whatever the rewards."""
+        """The mean of the members as V_c, the value for rewards -1/0, whatever the rewards."""
         goal = self.as_goals(goal)
         values = apply_ensemble(self.value, params["value"], observations=observation, goals=goal)
-        return (values.mean(axis=0) - self._goal_reward) / self._step_value
+        return (values.mean(axis=0) - self._goal_reward) / self._cost_scale
 
     @property
     def _goal_reward(self) -> float:
         return GOAL_REWARDS[self.config.rewards]
 
     @property
-    def _step_value(self) -> float:
-        """The value of a cost of 1 per step: less than 1 if the goal has a reward."""
+    def _cost_scale(self) -> float:
+        """c, by which values exceed those for a cost of 1 per step."""
         return 1 - self.config.discount if self._goal_reward else 1.0
 
     def _value_loss(self, members: PyTree, targets: PyTree, batch: Batch) -> LossAndMetrics:
         config = self.config
-        step_value = self._step_value  # residuals assume a cost of 1 per step
         goals = self.as_goals(batch.value_goals)
-        steps = Steps(batch.observations, batch.next_observations, self.coordinates)
+        transitions = Transitions(batch.observations, batch.next_observations, self.coordinates)
 
         def regularized(member: PyTree) -> ValuesAndResiduals:
-            def per_step(states: Float[Array, "batch observation"]) -> Float[Array, "batch"]:
-                return apply(self.value, member, observations=states, goals=goals) / step_value
+            # Residuals assume a cost of 1 per step; they do not see r_g, which is constant.
+            def as_costs(states: Float[Array, "batch observation"]) -> Float[Array, "batch"]:
+                values = apply(self.value, member, observations=states, goals=goals)
+                return values / self._cost_scale
 
-            values, residuals = config.regularizer.residuals(per_step, steps)
-            return values * step_value, residuals
+            values, residuals = config.regularizer.residuals(as_costs, transitions)
+            return values * self._cost_scale, residuals
 
         values, residuals = jax.vmap(regularized)(members)
         target_values, next_values = self._transition_values(targets, batch, batch.value_goals)

@@ -16,16 +16,10 @@ import numpy as np
 from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents import actors, losses
-from pigbench.agents.agent import (
-    Agent,
-    LossAndMetrics,
-    Params,
-    add_prefix,
-    combine,
-    describe,
-)
+from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch, Sampling, Subgoals, SubgoalSampling
 from pigbench.agents.config import AgentConfig
+from pigbench.agents.metrics import LossAndMetrics, add_prefix, combine, describe
 from pigbench.agents.networks import MLP, Policy, Value, apply, apply_ensemble, init_ensemble
 from pigbench.agents.norms import safe_norm
 from pigbench.agents.representations import GOALS
@@ -82,7 +76,7 @@ class HIQL(Agent[HIQLConfig]):
     phi has no target copy and is trained by the value loss only.
     """
 
-    goals = tuple(GOALS)
+    supported_goals = tuple(GOALS)
 
     target_networks = ("value",)
     members = 2

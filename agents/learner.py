@@ -8,8 +8,9 @@ import optax
 from flax import struct
 from jaxtyping import Int, PRNGKeyArray
 
-from pigbench.agents.agent import Agent, Metrics, Params
+from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch
+from pigbench.agents.metrics import Metrics
 from pigbench.shapes import Array
 
 

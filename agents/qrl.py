@@ -15,13 +15,14 @@ from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
-from pigbench.agents.agent import LossAndMetrics, Params, combine, describe
+from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch, GoalMixture
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import Constraint, TransitionConstraint
+from pigbench.agents.metrics import LossAndMetrics, combine, describe
 from pigbench.agents.networks import LatentDynamics, apply
 from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
-from pigbench.agents.residuals import Steps
+from pigbench.agents.residuals import Transitions
 from pigbench.errors import UserError, lookup, require
 from pigbench.shapes import Array
 from pigbench.support.schema import BY_KIND
@@ -30,7 +31,7 @@ RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False
 
 
 @dataclass(frozen=True)
-class DDPGBC:
+class DDPGBCExtraction:
     """DDPG+BC: the policy maximises -d through a model of the dynamics, and clones actions.
 
     The model is in the embedding space of d, and trained beside it.
@@ -51,19 +52,19 @@ class DDPGBC:
         self,
         agent: "QRL",
         params: Params,
-        here: Float[Array, "batch n"],
-        there: Float[Array, "batch n"],
+        latents: Float[Array, "batch n"],
+        next_latents: Float[Array, "batch n"],
         batch: Batch,
     ) -> LossAndMetrics:
-        """The losses of the dynamics and of the policy; `here` and `there` embed s and s'."""
-        frozen, frozen_here = jax.lax.stop_gradient((params, here))
+        """The losses of dynamics and policy; `latents` and `next_latents` embed s and s'."""
+        frozen, frozen_latents = jax.lax.stop_gradient((params, latents))
         goals = agent.encode(frozen, batch.actor_goals)
 
         def critic(actions: Float[Array, "batch action"]) -> Float[Array, "batch"]:
-            return -agent.distance(frozen, agent.predict(frozen, frozen_here, actions), goals)
+            return -agent.distance(frozen, agent.predict(frozen, frozen_latents, actions), goals)
 
         return combine(
-            self._dynamics_loss(agent, params, here, there, batch.actions),
+            self._dynamics_loss(agent, params, latents, next_latents, batch.actions),
             actors.ddpg_bc(
                 agent.means(params, batch.observations, batch.actor_goals),
                 batch.actions,
@@ -76,19 +77,20 @@ class DDPGBC:
         self,
         agent: "QRL",
         params: Params,
-        here: Float[Array, "batch n"],
-        there: Float[Array, "batch n"],
+        latents: Float[Array, "batch n"],
+        next_latents: Float[Array, "batch n"],
         actions: Float[Array, "batch action"],
     ) -> LossAndMetrics:
         """The distance between next embedding and prediction, averaged over both directions."""
-        predicted = agent.predict(params, here, actions)
-        there, predicted = jnp.stack([there, predicted]), jnp.stack([predicted, there])
-        loss = agent.distance(params, there, predicted).mean()
+        predicted = agent.predict(params, latents, actions)
+        starts = jnp.stack([next_latents, predicted])
+        ends = jnp.stack([predicted, next_latents])
+        loss = agent.distance(params, starts, ends).mean()
         return loss, {"dynamics/loss": loss}
 
 
 @dataclass(frozen=True)
-class AWR:
+class AWRExtraction:
     """Advantage-weighted regression, where an advantage is by how much a step shortens d."""
 
     temperature: float = 10.0  # alpha of AWR
@@ -105,14 +107,16 @@ class AWR:
         self,
         agent: "QRL",
         params: Params,
-        here: Float[Array, "batch n"],
-        there: Float[Array, "batch n"],
+        latents: Float[Array, "batch n"],
+        next_latents: Float[Array, "batch n"],
         batch: Batch,
     ) -> LossAndMetrics:
-        """The policy's loss; `here` and `there` embed s and s'."""
-        frozen, here, there = jax.lax.stop_gradient((params, here, there))
+        """The policy's loss; `latents` and `next_latents` embed s and s'."""
+        frozen, latents, next_latents = jax.lax.stop_gradient((params, latents, next_latents))
         goals = agent.encode(frozen, batch.actor_goals)
-        distances, next_distances = agent.distance(frozen, jnp.stack([here, there]), goals)
+        distances, next_distances = agent.distance(
+            frozen, jnp.stack([latents, next_latents]), goals
+        )
         return actors.awr(
             agent.means(params, batch.observations, batch.actor_goals),
             batch.actions,
@@ -121,7 +125,7 @@ class AWR:
         )
 
 
-Extraction = Annotated[DDPGBC | AWR, BY_KIND]
+Extraction = Annotated[DDPGBCExtraction | AWRExtraction, BY_KIND]
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,7 @@ class QRLConfig(AgentConfig):
     constraint: Constraint = field(default_factory=TransitionConstraint)  # on distances
     push_offset: float = 500.0  # the distance beyond which the push fades
     push_beta: float = 0.01  # how sharply it fades
-    actor: Extraction = field(default_factory=DDPGBC)  # how the policy is extracted
+    actor: Extraction = field(default_factory=DDPGBCExtraction)  # how the policy is extracted
     value_goals: GoalMixture = RANDOM_STATES
 
     def __post_init__(self) -> None:
@@ -186,10 +190,10 @@ class QRL(PolicyAgent[QRLConfig]):
     ) -> LossAndMetrics:
         """Value, dynamics and actor losses. `key` is unused."""
         states = jnp.stack([batch.observations, batch.next_observations, batch.value_goals])
-        here, there, goals = self.encode(params, states)
+        latents, next_latents, goal_latents = self.encode(params, states)
         return combine(
-            self._value_loss(params, here, there, goals, batch),
-            self.config.actor.loss(self, params, here, there, batch),
+            self._value_loss(params, latents, next_latents, goal_latents, batch),
+            self.config.actor.loss(self, params, latents, next_latents, batch),
         )
 
     def state_value(
@@ -199,26 +203,26 @@ class QRL(PolicyAgent[QRLConfig]):
         goal: Float[Array, "observation"],
     ) -> Scalar:
         """-d(s, g)."""
-        here, there = self.encode(params, jnp.stack([observation, goal]))
-        return -self.distance(params, here, there)
+        latents, goal_latents = self.encode(params, jnp.stack([observation, goal]))
+        return -self.distance(params, latents, goal_latents)
 
     def _value_loss(
         self,
         params: Params,
-        here: Float[Array, "batch n"],
-        there: Float[Array, "batch n"],
-        goals: Float[Array, "batch n"],
+        latents: Float[Array, "batch n"],
+        next_latents: Float[Array, "batch n"],
+        goal_latents: Float[Array, "batch n"],
         batch: Batch,
     ) -> LossAndMetrics:
         config = self.config
-        distances = self.distance(params, here, goals)
-        step_distances = self.distance(params, here, there)
+        distances = self.distance(params, latents, goal_latents)
+        step_distances = self.distance(params, latents, next_latents)
 
         def value(states: Float[Array, "batch observation"]) -> Float[Array, "batch"]:
-            return -self.distance(params, self.encode(params, states), goals)
+            return -self.distance(params, self.encode(params, states), goal_latents)
 
-        steps = Steps(batch.observations, batch.next_observations, self.coordinates)
-        violation = config.constraint.violations(value, steps, step_distances).mean()
+        transitions = Transitions(batch.observations, batch.next_observations, self.coordinates)
+        violation = config.constraint.violations(value, transitions, step_distances).mean()
         push = losses.push_apart(distances, offset=config.push_offset, beta=config.push_beta).mean()
         loss = push + losses.lagrangian(
             params["multiplier"], violation, margin=config.constraint.margin

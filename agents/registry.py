@@ -11,6 +11,7 @@ from pigbench.agents.catalogue import summaries
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.constraints import EikonalConstraint, HJBConstraint
 from pigbench.agents.crl import CRL, CRLConfig
+from pigbench.agents.flow_clone import FlowClone, FlowCloneConfig
 from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
 from pigbench.agents.gciql import GCIQL, GCIQLConfig
@@ -18,13 +19,12 @@ from pigbench.agents.gcivl import GCIVL, GCIVLConfig
 from pigbench.agents.hiql import HIQL, HIQLConfig
 from pigbench.agents.qrl import QRL, QRLConfig
 from pigbench.agents.regularizers import EikonalRegularizer, HJBRegularizer
-from pigbench.agents.sharsa import FlowClone, FlowCloneConfig
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup, lookup_own
 from pigbench.layout import Space
 from pigbench.names import check
 
-_SMALL = {
+_NETWORKS = {
     "actor_hidden_sizes": (256, 256, 256),
     "value_hidden_sizes": (256, 256, 256),
     "latent_size": 128,
@@ -40,13 +40,14 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         "target_rate": 0.03,
         "candidates": 4,
         "average_rate": 1e-3,
-        **_SMALL,
-        "low": {**_SMALL, "rewards": "0/1"},
+        **_NETWORKS,
+        "low": {**_NETWORKS, "rewards": "0/1"},
     },
 }
 """Presets by name: the changes to a method's configuration, as far as it has the fields.
 
-The values of `cpu` other than sizes were found by a search, which `results/search` documents.
+The values of `cpu`, but for the sizes of its networks, were found by a search, which
+`results/search` documents.
 """
 
 
@@ -144,7 +145,7 @@ _CLONED: Mapping[str, FlowCloneConfig] = {
     "sharsa": FlowCloneConfig(),
     "dsharsa": FlowCloneConfig(candidates=32),
 }
-"""Hierarchies whose low level clones actions, by the low level's configuration."""
+"""Hierarchies whose low level clones actions and sees everything, by its configuration."""
 
 _HIERARCHICAL: Mapping[str, str] = {
     "h-flow-gcivl": "gcivl",

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal
 
 import jax.numpy as jnp
 
-from pigbench.agents.residuals import HJB, Eikonal, Steps, ValueFunction, ValuesAndResiduals
+from pigbench.agents.residuals import HJB, Eikonal, Transitions, ValueFunction, ValuesAndResiduals
 from pigbench.errors import require
 from pigbench.support.schema import BY_KIND
 
@@ -23,9 +23,9 @@ class NoRegularizer:
 
     weight: ClassVar[float] = 0.0
 
-    def residuals(self, value: ValueFunction, steps: Steps) -> ValuesAndResiduals:
+    def residuals(self, value: ValueFunction, transitions: Transitions) -> ValuesAndResiduals:
         """V(s) and 0."""
-        values = value(steps.states)
+        values = value(transitions.states)
         return values, jnp.zeros_like(values)
 
 

@@ -24,7 +24,7 @@ ValuesAndResiduals = tuple[Float[Array, "batch"], Float[Array, "batch"]]
 OWN = Direction()
 
 
-class Steps(NamedTuple):
+class Transitions(NamedTuple):
     """Transitions as an agent sees them."""
 
     states: Float[Array, "batch n"]
@@ -80,9 +80,9 @@ class Eikonal:
     def __post_init__(self) -> None:
         require(self, lambda x: x > 0, "positive", "speed")
 
-    def residuals(self, value: ValueFunction, steps: Steps) -> ValuesAndResiduals:
+    def residuals(self, value: ValueFunction, transitions: Transitions) -> ValuesAndResiduals:
         """V(s) and the residual at s."""
-        return eikonal_residual(value, steps.states, speed=self.speed)
+        return eikonal_residual(value, transitions.states, speed=self.speed)
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,8 @@ class HJB:
         lookup("direction", DIRECTIONS, self.direction)
         require(self, lambda x: x > 0, "positive", "epsilon")
 
-    def residuals(self, value: ValueFunction, steps: Steps) -> ValuesAndResiduals:
+    def residuals(self, value: ValueFunction, transitions: Transitions) -> ValuesAndResiduals:
         """V(s) and the residual at s."""
-        direction = directions.make(self.direction, steps.coordinates)
-        return hjb_residual(
-            value, steps.states, steps.next_states, epsilon=self.epsilon, direction=direction
-        )
+        direction = directions.make(self.direction, transitions.coordinates)
+        states, next_states, _ = transitions
+        return hjb_residual(value, states, next_states, epsilon=self.epsilon, direction=direction)

@@ -12,7 +12,8 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Float, PRNGKeyArray
 
-from pigbench.agents.agent import LossAndMetrics, Params, describe
+from pigbench.agents.agent import Params
+from pigbench.agents.metrics import LossAndMetrics, describe
 from pigbench.agents.networks import Critic, Value, apply, apply_ensemble, init_ensemble
 from pigbench.shapes import Array
 

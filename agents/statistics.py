@@ -9,7 +9,7 @@ from jaxtyping import Float32
 from pigbench.errors import UserError
 
 DEVIATION_FLOOR = 0.02
-"""The smallest deviation to divide by: a coordinate that hardly moves is noise, not signal."""
+"""The smallest deviation to divide by, in the observation's units: what hardly moves is noise."""
 
 _ROWS = 1_000_000  # read at most; the statistics of more rows are the same to three digits
 

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, Key, Shaped
 from pigbench import seeds
 from pigbench.agents import Agent, Params
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.residuals import HJB, Eikonal, Steps
+from pigbench.agents.residuals import HJB, Eikonal, Transitions
 from pigbench.analysis.modes import MODES, contact_modes
 from pigbench.data import sampler
 from pigbench.data.sampler import Rows
@@ -68,10 +68,10 @@ def _measure_batch(
         return jax.vmap(learner.state_value, (None, 0, 0))(learned, states, seen.value_goals)
 
     def residuals(kind: type[Equation]) -> Float[Array, "batch"]:
-        return equation(kind, learner).residuals(value, steps)[1]
+        return equation(kind, learner).residuals(value, transitions)[1]
 
     states = seen.observations
-    steps = Steps(states, seen.next_observations, learner.coordinates)
+    transitions = Transitions(states, seen.next_observations, learner.coordinates)
     gradients = jax.grad(lambda states: value(states).sum())(states)
     squares = gradients**2 / jnp.sum(gradients**2, axis=-1, keepdims=True)
 

@@ -191,7 +191,7 @@ def _of_kinds(config: Any, arguments: Sequence[str], prefix: str) -> Any:
     changes: dict[str, Any] = {}
     for field in dataclasses.fields(config):
         value, option = getattr(config, field.name), f"{prefix}.{field.name.replace('_', '-')}"
-        if known := kinds.known(config, field.name):
+        if known := kinds.kinds_of(config, field.name):
             kind = _given(arguments, f"{option}.kind", value.kind)
             changes[field.name] = value if kind == value.kind else lookup(field.name, known, kind)()
         elif dataclasses.is_dataclass(value):

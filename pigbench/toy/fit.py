@@ -17,7 +17,7 @@ from pigbench.agents.regularizers import (
     NoRegularizer,
     Regularizer,
 )
-from pigbench.agents.residuals import Steps
+from pigbench.agents.residuals import Transitions
 from pigbench.errors import require
 from pigbench.layout import Layout
 from pigbench.seeds import key as seed_key
@@ -129,7 +129,7 @@ def _loss(
     def mode_loss(number: int, mode: Mode, states: States) -> Float[Array, ""]:
         values, residuals = regularizer.residuals(
             lambda states: -predict(settings, params, number, states),
-            Steps(states, mode.successor(states), _PLANE),
+            Transitions(states, mode.successor(states), _PLANE),
         )
         errors = values + mode.cost_to_go(states)
         return jnp.mean(errors**2 + regularizer.weight * residuals)

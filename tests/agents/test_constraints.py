@@ -4,7 +4,7 @@ import pytest
 
 from pigbench.agents import EikonalConstraint, HJBConstraint, TransitionConstraint
 from pigbench.agents.directions import Coordinates
-from pigbench.agents.residuals import Steps
+from pigbench.agents.residuals import Transitions
 from pigbench.errors import UserError
 from pigbench.layout import Layout
 
@@ -17,7 +17,7 @@ def violations(constraint):
     next_states = states - jnp.array([2.0, 0.0])
     return constraint.violations(
         lambda states: -jnp.sum(WEIGHTS * states, axis=-1),
-        Steps(states, next_states, Coordinates(Layout.of({"state": 2}), statistics=None)),
+        Transitions(states, next_states, Coordinates(Layout.of({"state": 2}), statistics=None)),
         jnp.array([1.5, 1.0, 0.0]),
     )
 

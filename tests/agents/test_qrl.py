@@ -7,9 +7,9 @@ from scipy.sparse import csgraph
 
 from pigbench import agents
 from pigbench.agents import (
-    AWR,
-    DDPGBC,
+    AWRExtraction,
     Batch,
+    DDPGBCExtraction,
     EikonalConstraint,
     HJBConstraint,
     QRLConfig,
@@ -55,9 +55,9 @@ def expected_violation(kind, distance, states, next_states, h=1e-6):
 @pytest.mark.parametrize(
     ("constraint", "actor"),
     [
-        (TransitionConstraint(margin=0.2), DDPGBC(bc_weight=0.7)),
-        (EikonalConstraint(margin=0.2), AWR(temperature=2.0)),
-        (HJBConstraint(margin=0.2), DDPGBC(bc_weight=0.7)),
+        (TransitionConstraint(margin=0.2), DDPGBCExtraction(bc_weight=0.7)),
+        (EikonalConstraint(margin=0.2), AWRExtraction(temperature=2.0)),
+        (HJBConstraint(margin=0.2), DDPGBCExtraction(bc_weight=0.7)),
     ],
 )
 def test_the_loss_against_numpy(build, init, batch, float64, constraint, actor):
@@ -133,7 +133,7 @@ def test_finds_the_shortest_paths_of_a_graph():
         actor_hidden_sizes=(8,),
         value_hidden_sizes=(64,),
         latent_size=64,
-        actor=AWR(),
+        actor=AWRExtraction(),
         constraint=TransitionConstraint(margin=1e-3),
     )
     agent = agents.build("qrl", config, Space(Layout.of({"node": 6}), 1))

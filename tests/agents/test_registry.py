@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import pytest
 
 from pigbench import agents
+from pigbench.agents.registry import PRESETS
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
 
@@ -31,6 +32,14 @@ def test_the_paper_preset_is_the_papers_table():
             "value_goals": {"current": 0.2, "future": 0.5, "random": 0.3, "geometric": True},
             "actor_goals": {"current": 0.0, "future": 1.0, "random": 0.0, "geometric": False},
         }
+
+
+def test_a_preset_changes_fields_that_methods_have():
+    configs = [agents.get(name).config for name in agents.names()]
+    lows = [config.low for config in configs if hasattr(config, "low")]
+    for preset in PRESETS.values():
+        assert all(any(hasattr(config, field) for config in configs) for field in preset)
+        assert all(any(hasattr(low, field) for low in lows) for field in preset.get("low", {}))
 
 
 @pytest.mark.parametrize("preset", ["paper", "cpu"])

@@ -5,7 +5,7 @@ import pytest
 
 from pigbench.agents import EikonalRegularizer, HJBRegularizer, NoRegularizer
 from pigbench.agents.directions import Coordinates
-from pigbench.agents.residuals import Steps
+from pigbench.agents.residuals import Transitions
 from pigbench.errors import UserError
 from pigbench.layout import Layout
 
@@ -17,9 +17,9 @@ def test_gradients_are_finite_where_nothing_moves_and_the_value_is_flat(regulari
     states = jnp.ones((2, 3))
 
     def loss(weights):
-        return regularizer.residuals(lambda states: states @ weights, Steps(states, states, PLAIN))[
-            1
-        ].sum()
+        return regularizer.residuals(
+            lambda states: states @ weights, Transitions(states, states, PLAIN)
+        )[1].sum()
 
     residual, gradient = jax.value_and_grad(loss)(jnp.zeros(3))
     assert residual == 2
@@ -29,7 +29,7 @@ def test_gradients_are_finite_where_nothing_moves_and_the_value_is_flat(regulari
 def test_no_regularizer_leaves_the_value_alone():
     states = jnp.arange(4.0).reshape(2, 2)
     values, residuals = NoRegularizer().residuals(
-        lambda states: states.sum(axis=-1), Steps(states, states + 1, PLAIN)
+        lambda states: states.sum(axis=-1), Transitions(states, states + 1, PLAIN)
     )
     np.testing.assert_array_equal(values, [1.0, 5.0])
     np.testing.assert_array_equal(residuals, 0)
@@ -41,7 +41,7 @@ def test_constants_reach_the_residual():
 
     def residual(regularizer):
         _, residuals = regularizer.residuals(
-            lambda states: 2 * states[:, 0], Steps(states, next_states, PLAIN)
+            lambda states: 2 * states[:, 0], Transitions(states, next_states, PLAIN)
         )
         return residuals.item()
 

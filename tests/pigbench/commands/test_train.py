@@ -1,7 +1,7 @@
 import pytest
 
 from pigbench import cli
-from pigbench.agents import AWR, EikonalRegularizer, HJBConstraint, HJBRegularizer
+from pigbench.agents import AWRExtraction, EikonalRegularizer, HJBConstraint, HJBRegularizer
 from pigbench.errors import UserError
 
 
@@ -28,7 +28,11 @@ def agent(arguments: str):
             "constraint",
             HJBConstraint(margin=0.2),
         ),
-        ("qrl --agent.actor.temperature 5 --agent.actor.kind=awr", "actor", AWR(temperature=5.0)),
+        (
+            "qrl --agent.actor.temperature 5 --agent.actor.kind=awr",
+            "actor",
+            AWRExtraction(temperature=5.0),
+        ),
     ],
 )
 def test_an_option_has_the_constants_of_its_kind(arguments, option, expected):

@@ -12,10 +12,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float, PRNGKeyArray
 
-from pigbench.agents.agent import Agent, LossAndMetrics, Params, combine
+from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.flow import FlowPolicy
+from pigbench.agents.metrics import LossAndMetrics, combine
 from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
 from pigbench.errors import require
@@ -38,7 +39,7 @@ class FlowCloneConfig(AgentConfig):
 class FlowClone(Agent[FlowCloneConfig]):
     """A flow of actions given state and goal; a SARSA critic picks the best of several samples."""
 
-    goals = tuple(GOALS)
+    supported_goals = tuple(GOALS)
 
     def __init__(self, config: FlowCloneConfig, space: Space, **data: Any) -> None:
         super().__init__(config, space, **data)
