@@ -13,10 +13,10 @@ from pathlib import Path
 from pigbench import agents, cli, plugins
 from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
+from pigbench.evaluation.settings import Evaluation
 from pigbench.report import plots, stats, tables
 from pigbench.seeds import Seed
 from pigbench.support import files
-from pigbench.training.evaluation import Evaluation
 from pigbench.training.run import read_run
 
 

@@ -1,6 +1,6 @@
 """Two measures of an evaluation episode: the peak force, and for how long a cube was held."""
 
-from pigbench.training.measures import Fold, Measure, register
+from pigbench.evaluation.measures import Fold, Measure, register
 
 register(
     Measure("peak_force", "peak force", lambda at: at.pad_force, Fold.MOST, kind=float, scale=1.0)

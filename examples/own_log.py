@@ -20,10 +20,10 @@ from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.data import dataset
 from pigbench.envs.units import metres
+from pigbench.evaluation.settings import Evaluation
 from pigbench.layout import Layout
 from pigbench.report import stats, tables
 from pigbench.support import files
-from pigbench.training.evaluation import Evaluation
 from pigbench.training.run import read_run
 
 ENVIRONMENT = "cube-centre"

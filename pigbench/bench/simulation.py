@@ -21,8 +21,8 @@ from pigbench.envs.control import servo_targets
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS
-from pigbench.training.evaluate import make_evaluator
-from pigbench.training.evaluation import Evaluation
+from pigbench.evaluation.rollouts import make_evaluator
+from pigbench.evaluation.settings import Evaluation
 
 _CHUNK = 10  # control steps per call
 _WHOLE = 0.98  # least share of an evaluation's control steps that must be run

@@ -8,12 +8,12 @@ import tyro
 from pigbench import envs
 from pigbench.envs.reality import Reality
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
+from pigbench.evaluation.rollouts import as_episodes, make_evaluator
+from pigbench.evaluation.settings import Evaluation
 from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
-from pigbench.training import episodes
-from pigbench.training.evaluate import as_episodes, make_evaluator
-from pigbench.training.evaluation import Evaluation
 from pigbench.training.restore import Trained, restore
 from pigbench.training.run import read_run
 

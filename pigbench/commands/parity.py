@@ -9,6 +9,7 @@ import tyro
 from pigbench import envs, seeds
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.errors import UserError
+from pigbench.evaluation.settings import Evaluation
 from pigbench.fidelity import closed_loop, distributions, peer, recording, replay, tables
 from pigbench.fidelity.recording import PeerRecording
 from pigbench.fidelity.tables import FidelityTable
@@ -17,7 +18,6 @@ from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.progress import Progress
 from pigbench.training import provenance
-from pigbench.training.evaluation import Evaluation
 from pigbench.training.restore import restore
 
 _EPISODE_LENGTH = EPISODE_ROWS - 1  # control steps

@@ -12,13 +12,13 @@ from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
 from pigbench.envs.rendering import Renderer
 from pigbench.errors import require, unknown_own
+from pigbench.evaluation import films
+from pigbench.evaluation.films import Shot
+from pigbench.evaluation.recording import make_recorder
+from pigbench.evaluation.settings import Evaluation
 from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
-from pigbench.training import films
-from pigbench.training.evaluation import Evaluation
-from pigbench.training.films import Shot
-from pigbench.training.recording import make_recorder
 from pigbench.training.restore import restore
 
 _LARGEST = 8192  # pixels; many OpenGL drivers draw no more

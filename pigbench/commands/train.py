@@ -19,10 +19,10 @@ from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
 from pigbench.data.defaults import HomeChoice
 from pigbench.errors import UserError, lookup
+from pigbench.evaluation.settings import Evaluation
 from pigbench.seeds import Seed
 from pigbench.support import files, typed
 from pigbench.support.lock import only_writer
-from pigbench.training.evaluation import Evaluation
 from pigbench.training.provenance import provenance
 from pigbench.training.run import Keep, Run, RunConfig, common_step, open_run, resume
 from pigbench.training.schedule import Schedule

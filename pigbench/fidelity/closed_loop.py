@@ -9,10 +9,10 @@ from jaxtyping import Bool
 
 from pigbench import envs
 from pigbench.agents import Agent, Params
+from pigbench.evaluation import rollouts
+from pigbench.evaluation.rollouts import Report, make_evaluator
+from pigbench.evaluation.settings import Evaluation
 from pigbench.fidelity import peer
-from pigbench.training import evaluate
-from pigbench.training.evaluate import Report, make_evaluator
-from pigbench.training.evaluation import Evaluation
 
 
 class Successes(NamedTuple):
@@ -40,12 +40,12 @@ def simulate(
     `report` is called with the number of episodes done by OGBench's simulator, by far the slower.
     """
     ours = make_evaluator(env, agent, evaluation)(params, lambda _: None)["success"]
-    rollout = jax.jit(partial(evaluate.begin, env, evaluation))()
+    rollout = jax.jit(partial(rollouts.begin, env, evaluation))()
     states = rollout.states
     qpos, target, goals = jax.device_get(
         (env.simulation(states).qpos, states.info["target"], states.info["goal"])
     )
-    act = jax.jit(partial(evaluate.action, agent))
+    act = jax.jit(partial(rollouts.action, agent))
     simulator = peer.make(env.spec.name, mode="task")
     with peer.quiet():
         simulator.reset(seed=evaluation.seed, options={"task_id": 1})  # compiles its model

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
 from pigbench.report.stats import Result, success_rate
 from pigbench.suite import spec
 from pigbench.suite.status import CUT_OFF, DONE, RUNNING, status
 from pigbench.support.lock import is_held
-from pigbench.training import episodes
-from pigbench.training.episodes import Episode
 from pigbench.training.run import Run, read_run
 
 

@@ -30,7 +30,7 @@ def choose(results: Sequence[Result]) -> list[Film]:
 
 
 def _of(result: Result) -> Iterator[Film]:
-    """The run's films, as written by `training.films`; other files are ignored."""
+    """The run's films, as written by `evaluation.films`; other files are ignored."""
     config = result.run.config
     for path in sorted(result.run.films_path.glob("*/*.mp4")):
         task, _, outcome = path.stem.rpartition("-")

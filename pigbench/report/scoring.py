@@ -12,13 +12,13 @@ import numpy as np
 from jaxtyping import Float
 
 from pigbench.errors import UserError, lookup, require
+from pigbench.evaluation.episodes import Episode
+from pigbench.evaluation.measures import MEASURES
 from pigbench.report import bootstrap, measures, stats
 from pigbench.report.conditions import unequal
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.seeds import Seed
 from pigbench.support.grouping import grouped
-from pigbench.training.episodes import Episode
-from pigbench.training.measures import MEASURES
 
 _AVERAGED = 3
 

@@ -15,12 +15,12 @@ import numpy as np
 from jaxtyping import Float
 
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
+from pigbench.evaluation.measures import MEASURES, Measure
 from pigbench.report.bootstrap import Interval
 from pigbench.support.compare import first_difference
 from pigbench.support.grouping import grouped
-from pigbench.training import episodes
-from pigbench.training.episodes import Episode
-from pigbench.training.measures import MEASURES, Measure
 from pigbench.training.run import Run
 
 EPISODES = "episodes per task"  # a name of `evaluation`

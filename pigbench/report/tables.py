@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pigbench.errors import UserError
+from pigbench.evaluation.measures import MEASURES
 from pigbench.report import comparison, paper, stats
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.conditions import remarks
@@ -20,7 +21,6 @@ from pigbench.report.scoring import (
 )
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.support.grouping import grouped
-from pigbench.training.measures import MEASURES
 
 __all__ = [
     "TABLES",

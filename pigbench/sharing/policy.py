@@ -20,11 +20,11 @@ from jaxtyping import Array, Float, Key, Shaped
 from pigbench import xla
 from pigbench.agents import Agent, Params
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
 from pigbench.settings import jax_defaults
 from pigbench.sharing import card
 from pigbench.support import files, lock
 from pigbench.support.extras import required
-from pigbench.training import episodes
 from pigbench.training.provenance import package_versions
 from pigbench.training.restore import Trained
 from pigbench.training.run import PROVENANCE_FILE, STATISTICS_FILE

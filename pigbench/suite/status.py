@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 from pigbench.data import manifest
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
 from pigbench.report.stats import success_rate
 from pigbench.suite import runner
 from pigbench.suite.logs import last_lines, log_path
 from pigbench.suite.spec import Suite, SuiteCell
 from pigbench.support.lock import is_held
-from pigbench.training import episodes
 from pigbench.training.metrics import FILE_NAME as METRICS_FILE
 from pigbench.training.run import CHECKPOINTS, EPISODES_FILE, read_run
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pigbench.evaluation.episodes import Episode
 from pigbench.support.grouping import grouped
-from pigbench.training.episodes import Episode
 from pigbench.training.run import Run
 
 FILM = "evaluation/film"

@@ -1,1 +1,1 @@
-"""Runs: training, evaluation, and the files that they leave in a folder."""
+"""Runs: training, and the files that it leaves in a folder."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pigbench.agents import TrainState
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
 from pigbench.trackers import Tracker, evaluated
 from pigbench.trackers.tracker import FILM
-from pigbench.training import episodes
 from pigbench.training.checkpoints import Checkpoints
-from pigbench.training.episodes import Episode
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.run import Run
 from pigbench.training.updates import MeanMetrics

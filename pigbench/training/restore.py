@@ -9,7 +9,7 @@ import jax
 from pigbench import agents, envs
 from pigbench.agents import Agent, TrainState
 from pigbench.errors import UserError
-from pigbench.training import episodes
+from pigbench.evaluation import episodes
 from pigbench.training.run import Run, agent_config, read_run, read_statistics
 
 _LONGEST_STEP = 18  # digits

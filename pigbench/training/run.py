@@ -5,7 +5,7 @@ provenance.json   versions, commit, machine and data set, also when resumed with
 statistics.json   mean and deviation of the data's observations, needed to standardise
 metrics.jsonl     training metrics (`pigbench.training.metrics`), for trackers' files too
 films/STEP/       films of an evaluation, if requested
-episodes.csv      every evaluation episode (`pigbench.training.episodes`)
+episodes.csv      every evaluation episode (`pigbench.evaluation.episodes`)
 noise/            the same at other noise levels of the cubes' estimates: 5.csv is for 5 mm
 checkpoints/      training states
 """

@@ -12,15 +12,16 @@ import jax
 from pigbench import agents, envs, seeds
 from pigbench.agents import Agent, TrainState
 from pigbench.data.sampler import Rows
+from pigbench.evaluation import episodes
+from pigbench.evaluation.films import keep_films
+from pigbench.evaluation.settings import Evaluation
 from pigbench.support.progress import Progress
 from pigbench.trackers import Tracker
-from pigbench.training import batches, episodes
+from pigbench.training import batches
 from pigbench.training.checkpoints import Checkpoints, Kept, last_two
-from pigbench.training.evaluation import Evaluation
-from pigbench.training.examination import Examination
-from pigbench.training.films import keep_films
 from pigbench.training.ledger import Ledger
 from pigbench.training.run import Keep, Run, common_step
+from pigbench.training.run_evaluator import RunEvaluator
 from pigbench.training.schedule import Schedule
 from pigbench.training.sharding import Sharding
 from pigbench.training.updates import ONE_DEVICE, join, make_updates, split
@@ -73,10 +74,10 @@ def train(
         progress = stack.enter_context(
             Progress(runs[0].config.method, total=schedule.steps, unit="updates", done=step)
         )
-        examine = Examination.of(env, agent, evaluation, progress, films=films)
+        evaluate = RunEvaluator.of(env, agent, evaluation, progress, films=films)
         updates = make_updates(agent, key, source, sharding)
 
-        note = "resumed" if saved_step is not None else examine(states, ledgers, step=step)
+        note = "resumed" if saved_step is not None else evaluate(states, ledgers, step=step)
         progress.advance(0, note + ending)
         state = join(states)
         while step < schedule.steps:
@@ -88,7 +89,7 @@ def train(
             step = stop
             if schedule.evaluates(step):
                 states = split(sharding.collect(state), len(runs))
-                note = examine(states, ledgers, step=step)
+                note = evaluate(states, ledgers, step=step)
                 progress.advance(0, note + ending)
     return states
 

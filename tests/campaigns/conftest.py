@@ -22,9 +22,9 @@ from pigbench.data import collect, dataset
 from pigbench.data.manifest import Spec
 from pigbench.data.sampler import Rows
 from pigbench.data.writer import Writer
-from pigbench.training import episodes
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
 from pigbench.training.checkpoints import Checkpoints
-from pigbench.training.episodes import Episode
 from pigbench.training.metrics import MetricsLog
 from pigbench.training.provenance import package_versions, provenance
 from pigbench.training.run import open_run

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from pigbench.data import dataset, ogbench
 from pigbench.errors import BusyError, UserError
+from pigbench.evaluation import episodes
 from pigbench.support import files
-from pigbench.training import episodes
 
 SMALL = "--preset cpu --agent.batch-size 8 --agent.actor-hidden-sizes 8"
 STEPS = "--steps 1 --evaluate-every 1 --evaluation.episodes 1"

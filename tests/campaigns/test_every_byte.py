@@ -18,8 +18,9 @@ import pytest
 from pigbench.agents import TrainState
 from pigbench.data import dataset, manifest
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
 from pigbench.suite import spec
-from pigbench.training import episodes, run
+from pigbench.training import run
 from pigbench.training.checkpoints import Checkpoints
 from pigbench.training.restore import restore
 

@@ -8,8 +8,8 @@ import re
 import sys
 from pathlib import Path
 
-from pigbench.training.evaluate import make_evaluator
-from pigbench.training.evaluation import Evaluation
+from pigbench.evaluation.rollouts import make_evaluator
+from pigbench.evaluation.settings import Evaluation
 from pigbench.training.restore import restore
 
 PATIENCE_SECONDS = 600

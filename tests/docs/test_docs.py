@@ -126,7 +126,7 @@ def test_the_python_of_the_readme_trains_and_evaluates(tmp_path):
     (script,) = blocks(ROOT / "README.md", "python")
     for shown, small in {
         "import episodes\n": (
-            "import episodes\nfrom pigbench.training.evaluation import Evaluation\n"
+            "import episodes\nfrom pigbench.evaluation.settings import Evaluation\n"
         ),
         "episodes=200": "episodes=1, validation_episodes=0, episode_length=21",
         "steps=16_000": "steps=4, evaluation=Evaluation(1)",

@@ -11,7 +11,7 @@ import pytest
 
 from pigbench import cli, envs, seeds
 from pigbench.data import dataset
-from pigbench.training import episodes
+from pigbench.evaluation import episodes
 from pigbench.training.restore import restore
 
 FEW = ["--episodes", "1", "--steps", "2", "--evaluation-episodes", "1"]

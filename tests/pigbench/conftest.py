@@ -1,4 +1,4 @@
-"""Small data sets and run folders, made by hand, and a policy that succeeds."""
+"""Small data sets, run folders and an environment, made by hand, and a policy that succeeds."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -9,18 +9,19 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pigbench import cli
+from pigbench import cli, envs
 from pigbench.agents import Statistics
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import markov
 from pigbench.envs.oracles.targets import Target
+from pigbench.envs.tasks import Task
 from pigbench.envs.units import metres
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
+from pigbench.evaluation.measures import Value
 from pigbench.layout import Layout
-from pigbench.training import episodes
 from pigbench.training import run as runs
-from pigbench.training.episodes import Episode
-from pigbench.training.measures import Value
 from pigbench.training.run import Run, RunConfig
 
 # Four shards: train-00000 and -00001 of 2 episodes of 4 rows, train-00002 and val-00000 of 1.
@@ -140,6 +141,18 @@ def arrays():
 @pytest.fixture
 def make_run():
     return write_run
+
+
+@pytest.fixture(scope="session")
+def env() -> "envs.CubeEnv":
+    """A short environment of an easy and a hard task."""
+    single = envs.make("cube-single")
+    tasks = (
+        Task("solved", ((0.4, 0.0),), ((0.4, 0.0),)),
+        Task("far", ((0.4, 0.2),), ((0.4, -0.2),)),
+    )
+    spec = dataclasses.replace(single.spec, tasks=tasks, episode_length=6)
+    return envs.CubeEnv(spec, single.physics)
 
 
 @pytest.fixture(scope="session")

@@ -17,8 +17,8 @@ from PIL import Image
 
 from pigbench import cli, envs
 from pigbench.errors import UserError
-from pigbench.training import episodes
-from pigbench.training.measures import MEASURES
+from pigbench.evaluation import episodes
+from pigbench.evaluation.measures import MEASURES
 
 SMALL = ["--episode-length", "31", "--episodes-per-shard", "2"]
 GENERATE = ["generate", "cube-single", "--episodes", "3", "--validation-episodes", "1", *SMALL]

@@ -6,8 +6,8 @@ import pytest
 
 from pigbench import cli, seeds
 from pigbench.errors import UserError
+from pigbench.evaluation.settings import Evaluation
 from pigbench.suite import spec
-from pigbench.training.evaluation import Evaluation
 
 NONE = (-1, 2**32, 2**40)  # modulo 2^32, two of them are 2^32 - 1 and 0
 COMMANDS = {

@@ -7,9 +7,9 @@ import pytest
 
 from pigbench import envs
 from pigbench.envs.environment import CubeEnv
+from pigbench.evaluation.settings import Evaluation
 from pigbench.fidelity import closed_loop, peer
 from pigbench.fidelity.closed_loop import Successes
-from pigbench.training.evaluation import Evaluation
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,10 @@
 import pytest
 
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
 from pigbench.report import paper, stats, tables
 from pigbench.report.scoring import Scoring
-from pigbench.training import episodes
-from pigbench.training.episodes import Episode
 
 
 def ended(*distances: float | None, step: int = 1) -> list[Episode]:

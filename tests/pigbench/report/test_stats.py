@@ -6,11 +6,11 @@ import scipy.stats
 
 from pigbench.agents import Statistics
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
 from pigbench.report import stats
 from pigbench.report.stats import Estimate
-from pigbench.training import episodes
 from pigbench.training import run as runs
-from pigbench.training.episodes import Episode
 
 
 def test_estimate_agrees_with_scipy():

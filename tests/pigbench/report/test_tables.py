@@ -3,10 +3,10 @@ import itertools
 import pytest
 
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
 from pigbench.report import stats, tables
 from pigbench.report.scoring import Scoring
-from pigbench.training import episodes
-from pigbench.training.episodes import Episode
 
 DOUBLE = {"environment": "cube-double"}
 ORDER = ("cube-single", "cube-double", "qrl", "gcivl")

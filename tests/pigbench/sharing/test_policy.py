@@ -13,9 +13,9 @@ import pytest
 
 from pigbench import cli, xla
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
 from pigbench.sharing import policy
 from pigbench.support import files
-from pigbench.training import episodes
 from pigbench.training.restore import restore
 
 safetensors = pytest.importorskip("safetensors.numpy")

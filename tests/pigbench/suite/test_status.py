@@ -4,9 +4,9 @@ import dataclasses
 
 import pytest
 
+from pigbench.evaluation import episodes
 from pigbench.suite.spec import Suite
 from pigbench.suite.status import CUT_OFF, DONE, status, untried
-from pigbench.training import episodes
 
 STEPS = 20_000  # of the suite's first cell
 

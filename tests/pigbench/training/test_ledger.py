@@ -7,12 +7,13 @@ import numpy as np
 from pigbench import agents
 from pigbench.agents import Statistics
 from pigbench.data.sampler import Rows
+from pigbench.evaluation import episodes
+from pigbench.evaluation.settings import Evaluation
 from pigbench.page.films import choose
 from pigbench.report.stats import Result
 from pigbench.trackers import Tracker
-from pigbench.training import episodes, metrics
+from pigbench.training import metrics
 from pigbench.training import run as runs
-from pigbench.training.evaluation import Evaluation
 from pigbench.training.schedule import Schedule
 from pigbench.training.train import train
 

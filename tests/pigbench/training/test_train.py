@@ -19,8 +19,8 @@ import pytest
 from pigbench import agents, cli
 from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes
 from pigbench.layout import Layout, Space
-from pigbench.training import episodes
 from pigbench.training.batches import Drawn
 from pigbench.training.restore import Trained, restore
 from pigbench.training.run import read_run

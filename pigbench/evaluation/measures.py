@@ -16,7 +16,7 @@ from pigbench.errors import UserError
 from pigbench.names import check
 
 if TYPE_CHECKING:
-    from pigbench.training.milestones import Moment
+    from pigbench.evaluation.milestones import Moment
 
 Value = bool | int | float
 

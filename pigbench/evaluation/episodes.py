@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pigbench.errors import UserError
+from pigbench.evaluation.measures import MEASURES, Value
 from pigbench.support import files
 from pigbench.support.grouping import grouped
-from pigbench.training.measures import MEASURES, Value
 
 
 class Episode(NamedTuple):

@@ -9,10 +9,10 @@ import pytest
 
 from pigbench import agents
 from pigbench.errors import UserError
-from pigbench.training import evaluate
-from pigbench.training.evaluate import as_episodes, make_evaluator
-from pigbench.training.evaluation import Evaluation
-from pigbench.training.measures import MEASURES
+from pigbench.evaluation import rollouts
+from pigbench.evaluation.measures import MEASURES
+from pigbench.evaluation.rollouts import as_episodes, make_evaluator
+from pigbench.evaluation.settings import Evaluation
 
 
 class Still:
@@ -54,7 +54,7 @@ def test_episodes_depend_on_seed_task_and_number_alone(env, drawn):
 
 def test_restored_parameters_compile_nothing_twice(env, monkeypatch, caplog):
     """They are committed to a device, as those of a first evaluation are not."""
-    monkeypatch.setattr(evaluate, "_REPORT_EVERY", 2)
+    monkeypatch.setattr(rollouts, "_REPORT_EVERY", 2)
     params = jax.device_put(jnp.zeros(5), jax.devices()[0])
     assert params.committed
     with jax.log_compiles():

@@ -1,21 +1,21 @@
-"""What happens to policies at an evaluation: they act, are filmed, and it is all written down."""
+"""Evaluation of runs as they train: policies act, are filmed, and it is all written down."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from pigbench import envs
 from pigbench.agents import Agent, Params, TrainState
+from pigbench.evaluation.films import film
+from pigbench.evaluation.measures import BRIEF
+from pigbench.evaluation.recording import Recording, make_recorder
+from pigbench.evaluation.rollouts import Outcome, Report, as_episodes, make_evaluator
+from pigbench.evaluation.settings import Evaluation
 from pigbench.support.progress import Progress
-from pigbench.training.evaluate import Outcome, Report, as_episodes, make_evaluator
-from pigbench.training.evaluation import Evaluation
-from pigbench.training.films import film
 from pigbench.training.ledger import Ledger
-from pigbench.training.measures import BRIEF
-from pigbench.training.recording import Recording, make_recorder
 
 
 @dataclass(frozen=True)
-class Examination:
+class RunEvaluator:
     """Evaluates states, films them if `evaluate` records episodes, and enters what comes of it."""
 
     env: "envs.CubeEnv"
@@ -32,8 +32,8 @@ class Examination:
         progress: Progress,
         *,
         films: bool,
-    ) -> "Examination":
-        """The examination of the agent's states, with or without films."""
+    ) -> "RunEvaluator":
+        """The evaluator of the agent's states, with or without films."""
         if films:
             return cls(env, evaluation, make_recorder(env, agent, evaluation), progress)
         evaluate = make_evaluator(env, agent, evaluation)
@@ -42,7 +42,7 @@ class Examination:
     def __call__(
         self, states: Sequence[TrainState], ledgers: Sequence[Ledger], *, step: int
     ) -> str:
-        """Examine the states after `step` updates; returns how far their episodes got."""
+        """Evaluate the states after `step` updates; returns how far their episodes got."""
         return _brief(
             [self._one(state, ledger, step) for state, ledger in zip(states, ledgers, strict=True)]
         )

@@ -10,8 +10,8 @@ from jaxtyping import Float
 from pigbench import envs
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.scene import CONTROL_STEP
+from pigbench.evaluation.recording import Recording
 from pigbench.support import files, pictures
-from pigbench.training.recording import Recording
 
 _WIDTH, _HEIGHT = 320, 240  # pixels
 _EVERY = 2  # control steps between two frames of an evaluation's film

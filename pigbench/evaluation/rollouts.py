@@ -12,11 +12,11 @@ from jaxtyping import Array, Bool, Float, Int, Key, Shaped
 from pigbench import envs, seeds
 from pigbench.agents import Agent, Params
 from pigbench.envs.physics import warn_of_overflow
+from pigbench.evaluation import milestones
+from pigbench.evaluation.episodes import Episode
+from pigbench.evaluation.measures import MEASURES, Value
+from pigbench.evaluation.settings import Evaluation
 from pigbench.support import memory
-from pigbench.training import milestones
-from pigbench.training.episodes import Episode
-from pigbench.training.evaluation import Evaluation
-from pigbench.training.measures import MEASURES, Value
 
 _REPORT_EVERY = 50  # control steps
 

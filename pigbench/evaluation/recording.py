@@ -11,9 +11,9 @@ from jaxtyping import Array, Float
 from pigbench import envs
 from pigbench.agents import Agent, Params
 from pigbench.envs.physics import PhysicsState
-from pigbench.training import evaluate
-from pigbench.training.evaluate import Outcome, Report, Rollout
-from pigbench.training.evaluation import Evaluation
+from pigbench.evaluation import rollouts
+from pigbench.evaluation.rollouts import Outcome, Report, Rollout
+from pigbench.evaluation.settings import Evaluation
 
 _CHUNK = 50  # control steps between two reports
 
@@ -32,21 +32,21 @@ Recorder = Callable[[Params, Report], tuple[Outcome, list[Recording]]]
 
 def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> Recorder:
     """Like `make_evaluator`; the function also returns the recorded episodes, task after task."""
-    start = evaluate.make_start(env, evaluation)
+    start = rollouts.make_start(env, evaluation)
 
     @partial(jax.jit, static_argnames="steps")
     def advance(
         params: Params, rollout: Rollout, *, steps: int
     ) -> tuple[Rollout, Float[Array, "{steps} episode nq"]]:
         def step(rollout: Rollout, _: None) -> tuple[Rollout, Float[Array, "episode nq"]]:
-            rollout = evaluate.step(env, agent, params, rollout)
+            rollout = rollouts.step(env, agent, params, rollout)
             return rollout, _qpos(rollout.states)
 
         return jax.lax.scan(step, rollout, length=steps)
 
     def record(params: Params, report: Report) -> tuple[Outcome, list[Recording]]:
         rollout, recordings = _record(start, advance, env.episode_length, params, report)
-        return evaluate.outcome_of(rollout, env, evaluation), recordings
+        return rollouts.outcome_of(rollout, env, evaluation), recordings
 
     return record
 

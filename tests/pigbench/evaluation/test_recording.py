@@ -6,10 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pigbench.training import recording as module
-from pigbench.training.evaluate import make_evaluator
-from pigbench.training.evaluation import Evaluation
-from pigbench.training.recording import make_recorder
+from pigbench.evaluation import recording as module
+from pigbench.evaluation.recording import make_recorder
+from pigbench.evaluation.rollouts import make_evaluator
+from pigbench.evaluation.settings import Evaluation
 
 
 def test_the_evaluations_episodes(env, drawn, monkeypatch):

@@ -13,12 +13,12 @@ import pytest
 from pigbench import envs
 from pigbench.envs.environment import CubeEnv
 from pigbench.errors import UserError
+from pigbench.evaluation import episodes, measures, milestones
+from pigbench.evaluation.measures import MEASURES, Fold
+from pigbench.evaluation.milestones import FOLDINGS, Moment
+from pigbench.evaluation.rollouts import make_evaluator
+from pigbench.evaluation.settings import Evaluation
 from pigbench.report import stats, tables
-from pigbench.training import episodes, measures, milestones
-from pigbench.training.evaluate import make_evaluator
-from pigbench.training.evaluation import Evaluation
-from pigbench.training.measures import MEASURES, Fold
-from pigbench.training.milestones import FOLDINGS, Moment
 
 ROOT = Path(__file__).parents[3]
 

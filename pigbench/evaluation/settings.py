@@ -20,4 +20,4 @@ class Evaluation:
     def __post_init__(self) -> None:
         require(self, lambda x: x >= 1, "at least 1", "episodes")
         seeds.check(self.seed)
-        memory.require_for(self.episodes)  # for one task; `begin` checks for all
+        memory.require_for(self.episodes)  # for one task; `rollouts.begin` checks for all

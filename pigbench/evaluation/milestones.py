@@ -9,8 +9,8 @@ from jaxtyping import Array, Bool, Float, Shaped
 from pigbench import envs
 from pigbench.envs.contact import HOLDING_DISTANCE, TOUCHING_DISTANCE, feels
 from pigbench.envs.observation import cube_poses
-from pigbench.training.measures import MEASURES, Fold
-from pigbench.training.measures import Value as Number
+from pigbench.evaluation.measures import MEASURES, Fold
+from pigbench.evaluation.measures import Value as Number
 
 Value = Shaped[Array, ""]
 Values = dict[str, Value]  # by measure

@@ -4,8 +4,8 @@ import zlib
 import pytest
 
 from pigbench.errors import UserError
-from pigbench.training import episodes
-from pigbench.training.episodes import Episode
+from pigbench.evaluation import episodes
+from pigbench.evaluation.episodes import Episode
 
 
 def episode(step, task, number, success=False):

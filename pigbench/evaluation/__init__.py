@@ -1,0 +1,1 @@
+"""Evaluation of policies: rollouts, what is measured in them, and their rows and films."""
