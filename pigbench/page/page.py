@@ -18,6 +18,7 @@ from pigbench.page.looks import look
 from pigbench.page.sections import TABLES, Section, sections
 from pigbench.report import tables
 from pigbench.report.bootstrap import LEVEL
+from pigbench.report.order import ordered
 from pigbench.report.scoring import Scoring
 from pigbench.support import files
 
@@ -57,7 +58,7 @@ def write(
         title=", ".join(_titles(folders, told)),
         entries=found,
         level=LEVEL,
-        looks={method: look(method) for method in tables.ordered(methods, order)},
+        looks={method: look(method) for method in ordered(methods, order)},
         headline=made.pop(_HEADLINE, None),
         tables=made,
         sections=told,

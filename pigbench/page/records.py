@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from pigbench.page.entries import is_suite
+from pigbench.report.order import ordered
 from pigbench.report.stats import Cell
-from pigbench.report.tables import ordered
 from pigbench.suite import jobs, spec
 from pigbench.suite.jobs import Job
 from pigbench.support import files, typed

@@ -10,6 +10,7 @@ from pigbench.page.films import Film
 from pigbench.report import tables
 from pigbench.report.conditions import remarks
 from pigbench.report.formats import Table
+from pigbench.report.order import ordered
 from pigbench.report.scoring import Scoring, by_stage, by_task, wording
 from pigbench.report.stats import Result
 from pigbench.support.grouping import grouped
@@ -50,7 +51,7 @@ def sections(
         _section(
             environment, mine.get(environment, []), going_on.get(environment, []), order, scoring
         )
-        for environment in tables.ordered({*mine, *going_on}, order)
+        for environment in ordered({*mine, *going_on}, order)
     ]
 
 
@@ -103,7 +104,7 @@ def _tables(done: Sequence[Result], order: Sequence[str], scoring: Scoring) -> d
 
 def _by_method(results: Sequence[Result], order: Sequence[str]) -> dict[str, list[Result]]:
     groups = grouped(results, lambda result: result.run.config.label)
-    return {method: groups[method] for method in tables.ordered(groups, order)}
+    return {method: groups[method] for method in ordered(groups, order)}
 
 
 def _environment(result: Result) -> str:

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from pigbench.report import canvas
 from pigbench.report.conditions import remarks
+from pigbench.report.order import ordered
 from pigbench.report.scoring import Groups, Scoring, by_stage, by_task, wording
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
-from pigbench.report.tables import ordered
 
 _HEIGHT = 2.1  # inches
 _BAR = 0.11

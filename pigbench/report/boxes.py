@@ -12,11 +12,11 @@ from matplotlib.patches import Patch
 
 from pigbench.report import canvas, comparison
 from pigbench.report.conditions import remarks
+from pigbench.report.order import ordered
 from pigbench.report.representations import by_representation, called, representation
 from pigbench.report.scoring import Scoring, success, wording
 from pigbench.report.stats import Result, base
 from pigbench.report.styles import BLACK, GREY, style
-from pigbench.report.tables import ordered
 from pigbench.support.grouping import grouped
 
 _HEIGHT = 3.6  # inches

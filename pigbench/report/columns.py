@@ -13,11 +13,11 @@ from pigbench.errors import UserError
 from pigbench.report import canvas, stats
 from pigbench.report.conditions import remarks
 from pigbench.report.curves import add_curve, prepare
+from pigbench.report.order import ordered
 from pigbench.report.representations import REPRESENTATIONS, called, representation
 from pigbench.report.scoring import Cells, Scoring
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
-from pigbench.report.tables import ordered
 from pigbench.support.grouping import grouped
 
 _PANEL = 2.9, 2.2

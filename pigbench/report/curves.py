@@ -8,10 +8,10 @@ from matplotlib.lines import Line2D
 
 from pigbench.report import canvas, stats
 from pigbench.report.conditions import remarks
+from pigbench.report.order import ordered
 from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Estimate, Result
 from pigbench.report.styles import Style, style
-from pigbench.report.tables import ordered
 
 _PANEL = 3.2, 2.5
 _COLUMNS = 3

@@ -30,7 +30,7 @@ def plot(
 ) -> None:
     """Draw a figure into the file `path`, in the format of its extension.
 
-    Names are ordered as in `tables.method_table`. Same results, same bytes. Raises UserError if
+    Names are ordered by `order.ordered`. Same results, same bytes. Raises UserError if
     the kind or the format is unknown or the results are not comparable.
     """
     canvas.check_path(path)  # raises before the work, not after it

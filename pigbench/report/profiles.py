@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from pigbench.report import canvas, comparison
 from pigbench.report.conditions import remarks
+from pigbench.report.order import ordered
 from pigbench.report.scoring import Scoring, wording
 from pigbench.report.stats import Result
 from pigbench.report.styles import style
-from pigbench.report.tables import ordered
 
 _PANEL = 5.8, 3.2
 _MARK_EVERY = 20  # thresholds

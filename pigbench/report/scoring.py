@@ -232,3 +232,6 @@ def _steps(results: Sequence[Result], scoring: Scoring) -> Sequence[int]:
 def _estimate(rates: Float[np.ndarray, "run"], scoring: Scoring) -> Estimate:
     bounds = bootstrap.interval([rates[:, None]], measures.mean, seed=scoring.bootstrap_seed)
     return stats.estimate(rates)._replace(interval=bounds)
+
+
+DEFAULT = Scoring()

@@ -161,11 +161,6 @@ def test_the_caption_names_the_checkpoint(results):
     assert "(best checkpoint of the mean over seeds; physics: exact)" in caption
 
 
-def test_names_are_in_order_and_variants_where_their_method_is():
-    names = ["z", "b (2)", "a", "b", "q", "b"]
-    assert tables.ordered(names, ["b", "q"]) == ["b", "b (2)", "q", "a", "z"]
-
-
 REACHED = {"nearest": 0.012, "touched": True, "held": False, "final_distance": 0.2, "length": 50}
 
 

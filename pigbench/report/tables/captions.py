@@ -1,0 +1,44 @@
+"""What captions of tables say of the results, and how they were obtained."""
+
+import itertools
+from collections.abc import Mapping
+
+from pigbench.report import comparison
+from pigbench.report.bootstrap import LEVEL
+from pigbench.report.conditions import remarks
+from pigbench.report.formats import Label
+from pigbench.report.scoring import Cells, Scoring, differences, wording
+from pigbench.report.stats import Estimate
+from pigbench.report.tables import bold
+
+
+def success_rates(
+    cells: Cells,
+    estimates: Mapping[Label, Estimate],
+    scoring: Scoring,
+    *,
+    line: str,
+) -> str:
+    """The caption of success rates, of which the best of each `line` are bold."""
+    return (
+        f"Success rate in percent ({how(cells, scoring)}), mean ± standard deviation over "
+        f"seeds. {bold.meaning(estimates, line=line)}"
+    )
+
+
+def how(cells: Cells, scoring: Scoring) -> str:
+    """The evaluations that count, and the conditions that readers must know."""
+    results = itertools.chain.from_iterable(cells.values())
+    told = remarks(results, always=("physics",))
+    return "; ".join([wording(cells, scoring), *told, *differences(cells, scoring)])
+
+
+def pooling(pooled: comparison.Pool, estimates: Mapping[Label, Estimate], scoring: Scoring) -> str:
+    """Over what the numbers are pooled, and their intervals if they have some."""
+    over = {"environments": "over", "tasks": "over the tasks of"}[scoring.over]
+    intervals = (
+        f", with {LEVEL} % stratified bootstrap intervals over seeds"
+        if bold.has_intervals(estimates)
+        else ""
+    )
+    return f"{over} {', '.join(pooled.environments)}{intervals}"
