@@ -7,8 +7,6 @@ import contextlib
 import math
 import os
 import socket
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +15,7 @@ from typing import Any, TypeVar
 
 from pigbench.errors import UserError, require
 from pigbench.suite.jobs import Job
+from pigbench.support import processes
 from pigbench.support.extras import required
 from pigbench.support.lock import is_held
 from pigbench.support.memory import SHARERS
@@ -168,15 +167,11 @@ def _run(arguments: Sequence[str], folder: Path, log: Path, place: str) -> int:
         raise UserError(f"{log.parent} is not on every machine of the cluster: share the folder")
     while is_held(folder):
         time.sleep(_POLL_SECONDS)
-    with open(log, "ab") as file:
-        return subprocess.run(
-            [sys.executable, "-P", "-m", "pigbench", *arguments],
-            stdin=subprocess.DEVNULL,
-            stdout=file,
-            stderr=subprocess.STDOUT,
-            check=False,
-            cwd=place,
-        ).returncode
+    command = processes.start(arguments, log, folder=place)
+    try:
+        return command.wait()
+    finally:
+        command.kill()  # if this task is ended first
 
 
 def _most_on_one(nodes: Sequence[Mapping[str, Any]], cluster: Cluster) -> int:

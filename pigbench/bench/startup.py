@@ -3,10 +3,10 @@
 import os
 import statistics
 import subprocess
-import sys
 from collections.abc import Mapping, Sequence
 
 from pigbench.errors import UserError
+from pigbench.support.processes import command_line
 from pigbench.support.progress import Progress
 
 _STARTED = (
@@ -43,7 +43,7 @@ def seconds(arguments: Sequence[str]) -> float:
     """User plus system time of one `pigbench` command. Raises UserError if it fails."""
     before = os.times()
     ended = subprocess.run(
-        [sys.executable, "-m", "pigbench", *arguments],
+        command_line(arguments),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

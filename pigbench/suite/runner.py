@@ -3,15 +3,14 @@
 import contextlib
 import os
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
 from pigbench.errors import BusyError
 from pigbench.suite.jobs import Job
+from pigbench.support import processes
 from pigbench.support.lock import is_held
 from pigbench.support.memory import SHARERS
 
@@ -67,7 +66,7 @@ def run(
     process on this machine.
     """
     waiting = list(jobs)
-    start = start or partial(_start, environment=_environment(workers, len(waiting)))
+    start = start or _on_this_machine(_environment(workers, len(waiting)))
     by_name = {job.name: job for job in waiting}
     ended: dict[str, int] = {}
     with _processes() as running:
@@ -127,14 +126,7 @@ def _environment(workers: int, jobs: int) -> Mapping[str, str]:
     return sharers if workers == 1 else {"NPROC": os.environ.get("NPROC", "1")} | sharers
 
 
-def _start(
-    job: Job, log: Path, options: Sequence[str], *, environment: Mapping[str, str]
-) -> "subprocess.Popen[bytes]":
-    with open(log, "ab") as file:
-        return subprocess.Popen(
-            [sys.executable, "-P", "-m", "pigbench", *job.arguments, *options],
-            stdin=subprocess.DEVNULL,
-            stdout=file,
-            stderr=subprocess.STDOUT,
-            env=os.environ | environment,
-        )
+def _on_this_machine(environment: Mapping[str, str]) -> Start:
+    return lambda job, log, options: processes.start(
+        (*job.arguments, *options), log, environment=environment
+    )
