@@ -4,6 +4,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+FREE, TOUCHING, HOLDING, CARRYING = "free", "touching", "holding", "carrying"
+"""What the gripper does: its pad feels no force, a force, one with a cube around the pinch point,
+or one with a cube in the air."""
+
 HOLDING_DISTANCE = 0.02
 """Metres from the pinch point to a cube's centre within which it is held: half a cube's edge."""
 

@@ -15,9 +15,10 @@ from jaxtyping import Array, Float
 
 from pigbench import seeds
 from pigbench.agents import FlowHierarchy, Params
-from pigbench.analysis.modes import HOLDING, contact_modes, pinch_points
+from pigbench.analysis.modes import contact_modes, pinch_points
 from pigbench.data import sampler
 from pigbench.data.dataset import Split
+from pigbench.envs.contact import HOLDING
 from pigbench.envs.units import metres
 from pigbench.layout import Layout
 

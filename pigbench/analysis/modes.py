@@ -6,11 +6,10 @@ import numpy as np
 from jaxtyping import Float, Shaped
 
 from pigbench.envs import servo
-from pigbench.envs.contact import HOLDING_DISTANCE, feels
+from pigbench.envs.contact import FREE, HOLDING, HOLDING_DISTANCE, TOUCHING, feels
 from pigbench.envs.units import metres
 from pigbench.layout import Layout
 
-FREE, TOUCHING, HOLDING = "free", "touching", "holding"
 MODES = FREE, TOUCHING, HOLDING
 
 

@@ -12,8 +12,8 @@ from pigbench.envs.units import metres
 from pigbench.errors import UserError, require
 from pigbench.layout import Layout
 
-FREE = 0.1
-"""Contact below which the pad counts as free."""
+FELT = 0.1
+"""Contact from which the pad counts as feeling something."""
 LYING = 0.015
 """Metres by which the centre of a cube on the table may appear too high."""
 IN_AIR = 0.03
@@ -65,7 +65,7 @@ def closest(episode: JudgedColumns, limits: Limits) -> float:
     goal or away from it.
     """
     low = episode.cube[:, 2] < CUBE_HALF_SIZE + LYING
-    distance = np.linalg.norm(episode.cube - episode.goal, axis=-1)[low & (episode.contact < FREE)]
+    distance = np.linalg.norm(episode.cube - episode.goal, axis=-1)[low & (episode.contact < FELT)]
     if not len(distance) or distance.max() <= limits.within:
         return np.inf
     return float(distance.min())
@@ -79,7 +79,7 @@ def jerk(episode: JudgedColumns, limits: Limits) -> float:
 
 def drops(episode: JudgedColumns, limits: Limits) -> float:
     """How often the pad lost contact while the cube was in the air."""
-    felt = episode.contact >= FREE
+    felt = episode.contact >= FELT
     high = episode.cube[1:, 2] > CUBE_HALF_SIZE + IN_AIR
     return float(np.sum(felt[:-1] & ~felt[1:] & high))
 

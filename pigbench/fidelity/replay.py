@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Shaped
 
 from pigbench import envs
+from pigbench.envs.contact import CARRYING, FREE, TOUCHING
 from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.observation import (
     PAD_FORCE_SCALE,
@@ -26,7 +27,7 @@ from pigbench.fidelity.recording import PeerRecording
 WINDOW = 50  # control steps
 TOUCH = 0.01  # contact above which the gripper touches something
 LIFTED = 2 * CUBE_HALF_SIZE  # metres above the table beyond which a cube's centre is lifted
-SITUATIONS = FREE, TOUCHING, CARRYING = "free", "touching", "carrying"
+SITUATIONS = FREE, TOUCHING, CARRYING
 
 
 class SceneMotion(NamedTuple):

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from pigbench import envs
+from pigbench.envs.contact import CARRYING, FREE, TOUCHING
 from pigbench.fidelity import replay
-from pigbench.fidelity.replay import CARRYING, FREE, TOUCHING, SceneMotion
+from pigbench.fidelity.replay import SceneMotion
 
 
 def motion(**changes: np.ndarray) -> SceneMotion:

@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from pigbench.envs.contact import CARRYING, FREE
 from pigbench.fidelity import tables
 from pigbench.fidelity.closed_loop import Successes
 from pigbench.fidelity.distributions import Comparison
-from pigbench.fidelity.replay import CARRYING, FREE, WINDOW, Errors, Outcomes, Windows
+from pigbench.fidelity.replay import WINDOW, Errors, Outcomes, Windows
 
 
 def test_errors_are_percentiles_over_windows_in_each_situation():
