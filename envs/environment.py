@@ -8,7 +8,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
-from pigbench.envs import control, kinematics, observation, workspace
+from pigbench.envs import control, kinematics, observation, trees, workspace
 from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
@@ -181,7 +181,7 @@ class CubeEnv(Env):
         senses, due = sensing.act(world.senses, jnp.asarray(action))
         physics_state = self.simulate(world.physics, due, active)
         senses = sensing.look(self.reality, self.scene, senses, physics_state)
-        senses = jax.tree.map(lambda new, old: jnp.where(active, new, old), senses, world.senses)
+        senses = trees.where(active, senses, world.senses)
         return World(physics_state, senses)
 
     @staticmethod

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from pigbench.envs import workspace
+from pigbench.envs import trees, workspace
 from pigbench.envs.control import ACTION_SIZE
 from pigbench.envs.observation import cube_poses, gripper_contact
 from pigbench.envs.oracles import markov, targets
@@ -61,7 +61,7 @@ class NoisyPolicy(ScriptedPolicy[NoisyState]):
             done=markov.done(self._look(physics_state, state.target), state.target, state.final),
         )
         ended = self.ended(state)
-        return jax.tree.map(lambda new, old: jnp.where(ended, new, old), fresh, going_on)
+        return trees.where(ended, fresh, going_on)
 
     def ended(self, state: NoisyState) -> Bool[Array, ""]:
         """Whether the current action is the sub-task's last."""

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from pigbench.envs import control
+from pigbench.envs import control, trees
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import plan, targets
 from pigbench.envs.oracles.policy import ScriptedPolicy
@@ -49,7 +49,7 @@ class PlayPolicy(ScriptedPolicy[PlayState]):
         going_on = replace(state, time=state.time + 1)
         ended = self.ended(state)
         fresh = self._begin(key, physics_state, state.stacking, next_stacking=state.stacking)
-        return jax.tree.map(lambda new, old: jnp.where(ended, new, old), fresh, going_on)
+        return trees.where(ended, fresh, going_on)
 
     def ended(self, state: PlayState) -> Bool[Array, ""]:
         """Whether the current action is the plan's last."""

@@ -5,12 +5,12 @@ import warnings
 from dataclasses import replace
 from typing import ClassVar
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
 from jaxtyping import Array, ArrayLike, Bool, Float
 
+from pigbench.envs import trees
 from pigbench.envs.scene import Scene
 
 # Nothing in these scenes moves this fast (m/s or rad/s) unless the simulation has diverged.
@@ -109,7 +109,7 @@ class Physics(abc.ABC):
     ) -> PhysicsState:
         sane &= jnp.all(jnp.isfinite(new.qpos)) & jnp.all(jnp.abs(new.qvel) < MAX_SPEED)
         sane &= ~new.overflow
-        state = jax.tree.map(lambda a, b: jnp.where(active & sane, b, a), old, new)
+        state = trees.where(active & sane, new, old)
         return replace(
             state,
             diverged=old.diverged | (active & ~sane),

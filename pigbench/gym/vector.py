@@ -9,9 +9,9 @@ import numpy as np
 from gymnasium import error
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from jaxtyping import Array, Bool, Float, Shaped
+from jaxtyping import Bool, Float, Shaped
 
-from pigbench.envs import State
+from pigbench.envs import State, trees
 from pigbench.errors import UserError
 from pigbench.gym.simulation import (
     METADATA,
@@ -149,9 +149,5 @@ class BatchEnv(VectorEnv):
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
 
 
-@jax.jit
-def _choose(mask: Bool[Array, "simulation"], chosen: State, others: State) -> State:
-    """The first state where `mask` is true, else the second, per environment."""
-    return jax.tree.map(
-        lambda x, y: jnp.where(mask.reshape(-1, *[1] * (x.ndim - 1)), x, y), chosen, others
-    )
+# For each environment, one of two states.
+_choose = jax.jit(jax.vmap(trees.where))
