@@ -72,26 +72,45 @@ def make(
     lift_unit, detour_unit, final_unit, yaw_unit, time_unit = jnp.split(
         jax.random.uniform(key, (2 + 3 + 3 + 1 + len(KEYFRAMES),)), (2, 5, 8, 9)
     )
-    lifts = LIFT[0] + lift_unit * (LIFT[1] - LIFT[0])
+    poses = _keyframe_poses(
+        effector[:4],
+        jnp.append(cube_pos, _grasp_yaw(effector[3], cube_yaw)),
+        target,
+        lifts=LIFT[0] + lift_unit * (LIFT[1] - LIFT[0]),
+        detour=DETOUR.point(detour_unit),
+        final=jnp.append(workspace.PINCH_START.point(final_unit), jnp.pi * (2 * yaw_unit - 1)),
+    )
+    jitter = (2 * time_unit - 1).at[0].set(0.0)
+    times = jnp.array(_NOMINAL) + SEGMENT * TIME_JITTER * jitter
+    steps = CONTROL_STEP * jnp.arange(MAX_STEPS)
+    length = jnp.sum(steps < times[-1])
+    path = _interpolate(steps, times, jnp.stack([poses[name] for name in KEYFRAMES]))
+    return Plan(path + _noise(noise_key, length), length)
+
+
+def _keyframe_poses(
+    initial: Float[Array, "4"],
+    pick: Float[Array, "4"],
+    target: Target,
+    *,
+    lifts: Float[Array, "2"],
+    detour: Float[Array, "3"],
+    final: Float[Array, "4"],
+) -> dict[str, Float[Array, "4"]]:
+    """The effector's pose (x, y, z, yaw) at each of `KEYFRAMES`.
+
+    `lifts` are metres above the cube where it is picked and where it is placed; half-way between
+    these, the effector is at its initial height, but for a `detour` in metres.
+    """
 
     def above(pose: Float[Array, "4"], height: Float[Array, ""]) -> Float[Array, "4"]:
         return pose.at[2].add(height)
 
-    initial = effector[:4]
-    pick_yaw = _grasp_yaw(effector[3], cube_yaw)
-    pick = jnp.append(cube_pos, pick_yaw)
     lift = above(pick, lifts[0])
-    place = jnp.append(target.pos, _grasp_yaw(pick_yaw, target.yaw))
+    place = jnp.append(target.pos, _grasp_yaw(pick[3], target.yaw))
     above_place = above(place, lifts[1])
-    clearance = (
-        _screw_midpoint(lift, above_place)
-        .at[2]
-        .set(initial[2])
-        .at[:3]
-        .add(DETOUR.point(detour_unit))
-    )
-    final = jnp.append(workspace.PINCH_START.point(final_unit), jnp.pi * (2 * yaw_unit - 1))
-    poses = {
+    clearance = _screw_midpoint(lift, above_place).at[2].set(initial[2]).at[:3].add(detour)
+    return {
         "initial": initial,
         "above_pick": lift,
         "pick": pick,
@@ -104,12 +123,6 @@ def make(
         "retreat": above_place,
         "final": final,
     }
-    jitter = (2 * time_unit - 1).at[0].set(0.0)
-    times = jnp.array(_NOMINAL) + SEGMENT * TIME_JITTER * jitter
-    steps = CONTROL_STEP * jnp.arange(MAX_STEPS)
-    length = jnp.sum(steps < times[-1])
-    path = _interpolate(steps, times, jnp.stack([poses[name] for name in KEYFRAMES]))
-    return Plan(path + _noise(noise_key, length), length)
 
 
 def _grasp_yaw(effector_yaw: Float[Array, ""], cube_yaw: Float[Array, ""]) -> Float[Array, ""]:

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
-from jaxtyping import Array, Bool, Float, Shaped
+from jaxtyping import Array, Bool, Float, Int, Shaped
 from mujoco.batch import Batch, SimulationError
 
 from pigbench.envs.physics.base import Factors, Physics, PhysicsState
@@ -100,25 +100,7 @@ class MujocoPhysics(Physics):
                 batch.forward(ids)
         except SimulationError as error:
             failed = error.ids
-
-        qpos = batch.qpos.astype(np.float32)
-        qpos[failed] = np.nan
-        pinch = batch.site("pinch")
-        rotation = pinch.xmat
-        wrench = batch.body("right_pad").cfrc_ext
-        new = {
-            "qpos": qpos,
-            "qvel": batch.qvel,
-            "warmstart": batch.qacc_warmstart,
-            "pinch_pos": pinch.xpos,
-            "pinch_yaw": np.arctan2(rotation[:, 3], rotation[:, 0]),
-            "pad_force": np.linalg.norm(wrench, axis=-1),
-        }
-        shaped = {
-            name: np.reshape(x, np.shape(getattr(state, name))).astype(np.float32)
-            for name, x in new.items()
-        }
-        return replace(state, **shaped)
+        return _after(batch, state, failed)
 
     def _batch(self, nsim: int, *, varied: bool) -> Batch:
         """The batch for `nsim` simulations, cached; `varied` if each has a model of its own."""
@@ -128,6 +110,28 @@ class MujocoPhysics(Physics):
                 batch.bind(field)
             self._batches[nsim, varied] = batch
         return self._batches[nsim, varied]
+
+
+def _after(batch: Batch, before: PhysicsState, failed: Int[np.ndarray, "failed"]) -> PhysicsState:
+    """The batch's states, of the shapes of those `before`; a failed simulation's qpos is NaN."""
+    qpos = batch.qpos.astype(np.float32)
+    qpos[failed] = np.nan
+    pinch = batch.site("pinch")
+    rotation = pinch.xmat
+    wrench = batch.body("right_pad").cfrc_ext
+    new = {
+        "qpos": qpos,
+        "qvel": batch.qvel,
+        "warmstart": batch.qacc_warmstart,
+        "pinch_pos": pinch.xpos,
+        "pinch_yaw": np.arctan2(rotation[:, 3], rotation[:, 0]),
+        "pad_force": np.linalg.norm(wrench, axis=-1),
+    }
+    shaped = {
+        name: np.reshape(x, np.shape(getattr(before, name))).astype(np.float32)
+        for name, x in new.items()
+    }
+    return replace(before, **shaped)
 
 
 def _vary(batch: Batch, scene: Scene, factors: Factors) -> None:

@@ -20,6 +20,7 @@ from pigbench.report import tables
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.order import ordered
 from pigbench.report.scoring import Scoring
+from pigbench.report.stats import Result
 from pigbench.support import files
 
 _HERE = Path(__file__).parent
@@ -44,13 +45,9 @@ def write(
     ]
     told = sections(done, unfinished, order, scoring)
     methods = {result.run.config.label for result in [*done, *unfinished]}
-    shown = set(tables.telling(done) if done else ()) - {*TABLES}
-    if len(told) == 1:
-        shown -= {"aggregate"}  # it is over environments
     made = {
         name: tables.TABLES[name](done, order=order, scoring=scoring)
-        for name in tables.TABLES
-        if name in shown
+        for name in _overall(done, environments=len(told))
     }
     runs = [entry.saved.run for entry in found if entry.saved]
     configurations = records.configurations(runs, order)
@@ -71,6 +68,12 @@ def write(
         files.write_text(folder / place.PAGE, text)
         _copy_films(told, folder / place.FILMS)
     return out / place.PAGE
+
+
+def _overall(done: Sequence[Result], *, environments: int) -> list[str]:
+    """The names of the tables that are shown for all environments together, in order."""
+    elsewhere = {*TABLES} if environments > 1 else {*TABLES, "aggregate"}  # it is over environments
+    return [name for name in tables.telling(done) if name not in elsewhere] if done else []
 
 
 def _titles(folders: Sequence[Path], told: Sequence[Section]) -> list[str]:

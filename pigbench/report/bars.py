@@ -4,6 +4,9 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 
 from pigbench.report import canvas
@@ -11,7 +14,7 @@ from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
 from pigbench.report.scoring import Groups, Scoring, by_stage, by_task, wording
 from pigbench.report.stats import Cell, Estimate, Result
-from pigbench.report.styles import style
+from pigbench.report.styles import Style, style
 
 _HEIGHT = 2.1  # inches
 _BAR = 0.11
@@ -61,25 +64,34 @@ def _draw(
             if groups is None:
                 continue
             names |= dict.fromkeys(groups)
-            look = style(method)
             places = np.arange(len(groups)) * (len(methods) + _GAP) + offset
-            for place, estimate in zip(places, groups.values(), strict=True):
-                if estimate is None:
-                    panel.text(place, 0, "–", color=look.color, ha="center", va="bottom")
-            shown = [estimate or Estimate(math.nan) for estimate in groups.values()]
-            handles[method] = panel.bar(
-                places,
-                [estimate.value for estimate in shown],
-                width=0.9,
-                yerr=[estimate.deviation or 0.0 for estimate in shown],
-                error_kw={"linewidth": 0.8},
-                color=look.color,
-                hatch=look.hatch,
-                edgecolor="white",
-            )
+            handles[method] = _add_bars(panel, places, list(groups.values()), style(method))
         centres = np.arange(len(names)) * (len(methods) + _GAP) + (len(methods) - 1) / 2
         panel.set_xticks(centres, list(names))
         panel.set_xlim(-_GAP, len(names) * (len(methods) + _GAP) - _GAP)
     canvas.add_remarks(figure, remarks(results))
     canvas.add_legend(figure, {method: handles[method] for method in methods})
     return figure
+
+
+def _add_bars(
+    panel: Axes,
+    places: Float[np.ndarray, "group"],
+    estimates: Sequence[Estimate | None],
+    look: Style,
+) -> BarContainer:
+    """A method's bars, one for each group."""
+    for place, estimate in zip(places, estimates, strict=True):
+        if estimate is None:
+            panel.text(place, 0, "–", color=look.color, ha="center", va="bottom")
+    shown = [estimate or Estimate(math.nan) for estimate in estimates]
+    return panel.bar(
+        places,
+        [estimate.value for estimate in shown],
+        width=0.9,
+        yerr=[estimate.deviation or 0.0 for estimate in shown],
+        error_kw={"linewidth": 0.8},
+        color=look.color,
+        hatch=look.hatch,
+        edgecolor="white",
+    )

@@ -8,6 +8,7 @@ import contextlib
 from collections.abc import Callable, Mapping, Sequence
 
 import jax
+from jaxtyping import Array, Key
 
 from pigbench import agents, envs, seeds
 from pigbench.agents import Agent, TrainState
@@ -61,11 +62,8 @@ def train(
     with contextlib.ExitStack() as stack:
         source = stack.enter_context(batches.of(rows, agent, key))
         checkpoints = [stack.enter_context(_scheduled(run, schedule, keep)) for run in runs]
-        states = [agents.create(agent, init_key) for init_key in init_keys]
         saved_step = common_step(runs)
-        if saved_step is not None:
-            restored = zip(checkpoints, states, strict=True)
-            states = [saved.restore(fresh, saved_step) for saved, fresh in restored]
+        states = _begun(agent, init_keys, checkpoints, saved_step)
         step = saved_step or 0
         ledgers = [
             stack.enter_context(Ledger.opened(run, saved, shown_by, step=step))
@@ -92,6 +90,20 @@ def train(
                 note = evaluate(states, ledgers, step=step)
                 progress.advance(0, note + ending)
     return states
+
+
+def _begun(
+    agent: Agent,
+    keys: Sequence[Key[Array, ""]],
+    checkpoints: Sequence[Checkpoints],
+    saved_step: int | None,
+) -> list[TrainState]:
+    """The states from which training goes on: saved ones, or new ones of these keys."""
+    fresh = [agents.create(agent, key) for key in keys]
+    if saved_step is None:
+        return fresh
+    own = zip(checkpoints, fresh, strict=True)
+    return [saved.restore(state, saved_step) for saved, state in own]
 
 
 def _scheduled(run: Run, schedule: Schedule, keep: Keep) -> Checkpoints:

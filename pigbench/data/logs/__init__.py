@@ -4,7 +4,7 @@
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -49,24 +49,7 @@ def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path)
             episodes += [prepare(name, table) for name, table in _tables(path)]
             progress.advance(1, path.name)
     splits = _splits(episodes)
-    spec = Spec(
-        environment=environment,
-        policy=POLICY,
-        physics=physics,
-        engine=env.backend,
-        seed=0,
-        episodes={split: len(own) for split, own in splits.items()},
-        episodes_per_shard=_MOST_EPISODES,
-        rows_per_episode=0,
-        fields=collect.COMPACT,
-        layout=env.layout,
-        action_size=env.action_size,
-        versions={
-            str(file.relative_to(path.parent)): f"SHA-256 {files.sha256(file)}"
-            for path in sources
-            for file in (lerobot.files_of(path) if path.is_dir() else [path])
-        },
-    )
+    spec = _spec(env, sources, {split: len(own) for split, own in splits.items()})
     with only_writer(folder):
         writer = Writer(folder, spec)
         left = {split: iter(own) for split, own in splits.items()}
@@ -104,6 +87,27 @@ def _tables(path: Path) -> Iterator[tuple[str, LogTable]]:
     if path.is_dir():
         return lerobot.read(path)
     return iter([(str(path), tables.read(path))])
+
+
+def _spec(env: "envs.CubeEnv", sources: Sequence[Path], episodes: Mapping[str, int]) -> Spec:
+    return Spec(
+        environment=env.spec.name,
+        policy=POLICY,
+        physics=env.scene.profile,
+        engine=env.backend,
+        seed=0,
+        episodes=dict(episodes),
+        episodes_per_shard=_MOST_EPISODES,
+        rows_per_episode=0,
+        fields=collect.COMPACT,
+        layout=env.layout,
+        action_size=env.action_size,
+        versions={
+            str(file.relative_to(path.parent)): f"SHA-256 {files.sha256(file)}"
+            for path in sources
+            for file in (lerobot.files_of(path) if path.is_dir() else [path])
+        },
+    )
 
 
 def _splits(episodes: Sequence[LoggedEpisode]) -> dict[str, list[LoggedEpisode]]:
