@@ -7,7 +7,8 @@ list environments.
 from typing import TYPE_CHECKING, Any
 
 from pigbench.envs.reality import REAL, Reality
-from pigbench.envs.tasks import TASKS, EnvSpec, Task
+from pigbench.envs.spec import EnvSpec
+from pigbench.envs.tasks import TASKS, Task
 from pigbench.errors import UserError, lookup_own
 from pigbench.names import check
 

@@ -17,7 +17,8 @@ from pigbench.envs.reality import Reality, sensing
 from pigbench.envs.reality.sensing import World
 from pigbench.envs.rewards import REWARDS, Situation
 from pigbench.envs.rotations import yaw_quat
-from pigbench.envs.tasks import START_JITTER, EnvSpec
+from pigbench.envs.spec import EnvSpec
+from pigbench.envs.tasks import START_JITTER
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Space
 from pigbench.settings import jax_defaults

@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
-from pigbench.envs.tasks import EnvSpec
+from pigbench.envs.spec import EnvSpec
 
 Memory = TypeVar("Memory")
 

@@ -21,7 +21,7 @@ from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import PlayPolicy
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS, Scene
-from pigbench.envs.tasks import SUCCESS_DISTANCE
+from pigbench.envs.spec import SUCCESS_DISTANCE
 
 _STATES = 256  # in which a control step is compared, at most
 

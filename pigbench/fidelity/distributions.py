@@ -17,7 +17,7 @@ from pigbench.envs.observation import cube_poses, gripper_contact
 from pigbench.envs.oracles import POLICIES, ScriptedPolicy
 from pigbench.envs.oracles.targets import ON_TOP_DISTANCE
 from pigbench.envs.scene import Scene
-from pigbench.envs.tasks import SUCCESS_DISTANCE
+from pigbench.envs.spec import SUCCESS_DISTANCE
 from pigbench.errors import lookup
 from pigbench.fidelity.recording import PeerRecording
 from pigbench.fidelity.replay import TOUCH

@@ -21,7 +21,7 @@ from pigbench.envs.observation import (
 )
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
-from pigbench.envs.tasks import SUCCESS_DISTANCE
+from pigbench.envs.spec import SUCCESS_DISTANCE
 from pigbench.fidelity.recording import PeerRecording
 
 WINDOW = 50  # control steps

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pigbench.envs.observation import cube_poses
-from pigbench.envs.tasks import SUCCESS_DISTANCE
+from pigbench.envs.spec import SUCCESS_DISTANCE
 
 NAME = "cube-double"
 

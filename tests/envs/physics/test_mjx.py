@@ -22,7 +22,7 @@ from pigbench.envs.oracles import PlayPolicy
 from pigbench.envs.oracles.play import PlayState
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS
-from pigbench.envs.tasks import SUCCESS_DISTANCE
+from pigbench.envs.spec import SUCCESS_DISTANCE
 
 NAME = "cube-double"
 # Engine -> the profile it is tested on. In JAX every contact that might be costs compilation.
