@@ -27,6 +27,7 @@ _System = tuple[Float[Array, "n n+1"], Int[Array, "n"]]
 _CHAIN = robot.ARM[: 1 + max(i for i, link in enumerate(robot.ARM) if link.joint)]
 
 
+@jax.jit  # traced once, because a control step has it wherever it is compiled
 def joint_targets(
     pinch_pos: Float[Array, "3"], pinch_yaw: Float[Array, ""], joints: Float[Array, "joint"]
 ) -> Float[Array, "joint"]:
