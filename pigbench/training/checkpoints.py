@@ -86,16 +86,20 @@ class Checkpoints:
                 self._manager.delete(step)
 
     def restore(self, like: TrainState, step: int) -> TrainState:
-        """The state of that step, with the structure of `like`.
+        """The state of that step, with the structure of `like`, whose leaves may be mere shapes.
 
         Raises UserError if it cannot be read, or if its structure differs.
         """
+        device = jax.sharding.SingleDeviceSharding(jax.local_devices()[0])
+        shapes = jax.tree.map(
+            lambda leaf: jax.ShapeDtypeStruct(leaf.shape, leaf.dtype, sharding=device), like
+        )
         try:
             _read_through(self.folder / str(step))
             with _without_log():
                 restored = cast(
                     TrainState,
-                    self._manager.restore(step, args=ocp.args.StandardRestore(like)),
+                    self._manager.restore(step, args=ocp.args.StandardRestore(shapes)),
                 )
                 kept = self._manager.metadata(step).custom_metadata or {}
         except Exception as error:  # Orbax raises many types for a torn or foreign checkpoint

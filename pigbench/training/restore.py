@@ -1,6 +1,7 @@
 """Restoring a run's parts: environment, agent and trained parameters."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,7 +42,8 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
 
     with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
         step = _step(run, sorted(checkpoints.steps()), checkpoint)
-        state = checkpoints.restore(agents.create(agent, jax.random.key(0)), step)
+        like = jax.eval_shape(partial(agents.create, agent), jax.random.key(0))
+        state = checkpoints.restore(like, step)
     return Trained(run, env, agent, state)
 
 

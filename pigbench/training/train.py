@@ -6,6 +6,7 @@ that was killed and restarted ends with bitwise the same parameters as one that 
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import jax
 from jaxtyping import Array, Key
@@ -99,11 +100,11 @@ def _begun(
     saved_step: int | None,
 ) -> list[TrainState]:
     """The states from which training goes on: saved ones, or new ones of these keys."""
-    fresh = [agents.create(agent, key) for key in keys]
+    create = jax.jit(partial(agents.create, agent))  # else as many programs as operations
     if saved_step is None:
-        return fresh
-    own = zip(checkpoints, fresh, strict=True)
-    return [saved.restore(state, saved_step) for saved, state in own]
+        return [create(key) for key in keys]
+    like = jax.eval_shape(create, keys[0])
+    return [saved.restore(like, saved_step) for saved in checkpoints]
 
 
 def _scheduled(run: Run, schedule: Schedule, keep: Keep) -> Checkpoints:
