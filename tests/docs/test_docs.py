@@ -39,6 +39,7 @@ SMALL = {
     "evaluate runs/robot-0": "--noise 5",
     "analyze": "--samples 20",
     "render": PICTURE,
+    "render runs/hjb-0": "--task 1",
     "data render": PICTURE,
     "parity": "--episodes 1",
     "parity --": "--engine mujoco --physics exact",
