@@ -99,10 +99,14 @@ def _begun(
     checkpoints: Sequence[Checkpoints],
     saved_step: int | None,
 ) -> list[TrainState]:
-    """The states from which training goes on: saved ones, or new ones of these keys."""
+    """The states from which training goes on: saved ones, or new ones of these keys.
+
+    Both are committed to a device: if only saved ones were, they would need other programs.
+    """
     create = jax.jit(partial(agents.create, agent))  # else as many programs as operations
     if saved_step is None:
-        return [create(key) for key in keys]
+        device = jax.local_devices()[0]
+        return [jax.device_put(create(key), device) for key in keys]
     like = jax.eval_shape(create, keys[0])
     return [saved.restore(like, saved_step) for saved in checkpoints]
 
