@@ -27,7 +27,7 @@ from pigbench.training.run import read_run
 from pigbench.training.schedule import Schedule
 from pigbench.training.updates import make_updates
 
-STEPS = 600
+STEPS = 200
 SMALL = [
     *("--preset", "cpu", "--steps", "20", "--evaluate-every", "10", "--log-every", "5"),
     *("--agent.value-hidden-sizes", "32", "--agent.actor-hidden-sizes", "32"),
@@ -49,8 +49,9 @@ def parameters(folder: Path) -> list[np.ndarray]:
 def test_a_killed_run_ends_with_the_same_parameters_to_the_bit(data, tmp_path):
     options = [
         *("train", "hjb-gcivl", "--data", str(data), "--preset", "cpu", "--steps", str(STEPS)),
-        *("--evaluate-every", "300", "--log-every", "10", "--evaluation.episodes", "1"),
+        *("--evaluate-every", "100", "--log-every", "10", "--evaluation.episodes", "1"),
         *("--agent.value-hidden-sizes", "64", "--agent.actor-hidden-sizes", "64", "64"),
+        *("--agent.batch-size", "32"),
     ]
     cli.run([*options, "--out", str(tmp_path / "whole")])
 
