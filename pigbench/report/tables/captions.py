@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Mapping
 
+from pigbench import envs
 from pigbench.report import comparison
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.conditions import remarks
@@ -10,6 +11,8 @@ from pigbench.report.formats import Label
 from pigbench.report.scoring import Cells, Scoring, differences, wording
 from pigbench.report.stats import Estimate
 from pigbench.report.tables import bold
+from pigbench.report.tables.labels import centimetres
+from pigbench.support.grouping import grouped
 
 
 def success_rates(
@@ -31,6 +34,18 @@ def how(cells: Cells, scoring: Scoring) -> str:
     results = itertools.chain.from_iterable(cells.values())
     told = remarks(results, always=("physics",))
     return "; ".join([wording(cells, scoring), *told, *differences(cells, scoring)])
+
+
+def success_distances(cells: Cells) -> str:
+    """That success ends an episode, and how near that is in the environments known here."""
+    own = {cell.environment for cell in cells} & envs.SPECS.keys()
+    by_distance = grouped(sorted(own), lambda name: envs.SPECS[name].success_distance)
+    within = ", ".join(
+        f"{centimetres(distance)} cm"
+        + (f" in {' and '.join(by_distance[distance])}" if len(by_distance) > 1 else "")
+        for distance in sorted(by_distance)
+    )
+    return f"success (within {within}) ends an episode" if within else "success ends an episode"
 
 
 def pooling(pooled: comparison.Pool, estimates: Mapping[Label, Estimate], scoring: Scoring) -> str:

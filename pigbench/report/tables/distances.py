@@ -8,7 +8,7 @@ from pigbench.report.formats import Table
 from pigbench.report.scoring import DEFAULT, Cells, Scoring, thresholds
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.tables import captions
-from pigbench.report.tables.labels import rows_of
+from pigbench.report.tables.labels import centimetres, rows_of
 
 
 def threshold_table(
@@ -21,12 +21,12 @@ def threshold_table(
     cells = scoring.cells(results)
     rows = rows_of(cells, order)
     ours = {
-        (label, f"{_centimetres(distance)} cm"): estimate
+        (label, f"{centimetres(distance)} cm"): estimate
         for label, cell in rows.items()
         for distance, estimate in thresholds(cells[cell], scoring).items()
     }
     theirs = {
-        (label, f"paper, {_centimetres(distance)} cm"): Estimate(float(percent))
+        (label, f"paper, {centimetres(distance)} cm"): Estimate(float(percent))
         for label, cell in rows.items()
         for distance, percent in paper.ROBOT.get((cell.method, cell.environment), {}).items()
     }
@@ -35,8 +35,8 @@ def threshold_table(
     return Table(
         caption=(
             f"Percentage of episodes ({how}) that end with all cubes within so "
-            "many centimetres of their targets, mean ± standard deviation over seeds. An episode "
-            "ends with success: within 4 cm in OGBench's environments, 3 cm in cube-centre"
+            "many centimetres of their targets, mean ± standard deviation over seeds; "
+            + captions.success_distances(cells)
             + ("; the paper's are from its robot, 20 episodes of one seed" if theirs else "")
         ),
         corner=("method", "distance"),
@@ -57,7 +57,7 @@ def noise_table(
     rows = rows_of(cells, order)
     by_noise = _by_noise(cells, scoring)
     estimates = {
-        (f"{label}, {_centimetres(distance)} cm", level): estimate
+        (f"{label}, {centimetres(distance)} cm", level): estimate
         for label, cell in rows.items()
         for level, noisy in by_noise.items()
         if cell in noisy
@@ -101,7 +101,3 @@ def _by_noise(cells: Cells, scoring: Scoring) -> dict[float, Cells]:
         except UserError as error:
             raise UserError(f"in noise of {level:g} mm: {error}") from None
     return by_noise
-
-
-def _centimetres(distance: float) -> str:
-    return f"{100 * distance:g}"

@@ -1,4 +1,4 @@
-"""The labels of rows that tell of an environment's methods or tasks."""
+"""The labels of rows that tell of an environment's methods or tasks, and of distances."""
 
 from collections.abc import Iterable, Sequence
 
@@ -20,3 +20,8 @@ def rows_of(cells: Iterable[Cell], order: Sequence[str]) -> dict[str, Cell]:
 def row_label(environment: str, name: str) -> str:
     """The label of an environment's method or task."""
     return f"{environment} {name}"
+
+
+def centimetres(distance: float) -> str:
+    """A distance given in metres."""
+    return f"{100 * distance:g}"

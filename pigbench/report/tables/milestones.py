@@ -22,8 +22,7 @@ def milestone_table(
             f"How far episodes got ({how}), mean ± standard deviation over "
             "seeds: percent of episodes unless the column names another unit. Nearest is the least "
             "distance of the pinch point from a cube; within is of all cubes from their targets, "
-            "final of the farthest; success (within 4 cm in OGBench's environments, 3 cm in "
-            "cube-centre) ends an episode. A dash: not recorded"
+            f"final of the farthest; {captions.success_distances(cells)}. A dash: not recorded"
         ),
         corner=("method", "measure"),
         rows=list(rows),

@@ -1,7 +1,9 @@
+import dataclasses
 import itertools
 
 import pytest
 
+from pigbench import envs
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
 from pigbench.evaluation.episodes import Episode
@@ -190,6 +192,28 @@ def test_milestones_with_a_dash_for_what_no_file_tells(tmp_path, make_run):
     assert shown[7] == ("success", "50.0 ± 0.0", "50.0 ± 0.0", "100.0")
     assert shown[9] == ("final (cm)", "–", "20.0 ± 0.0", "20.0")
     assert shown[10] == ("steps", "–", "50.0 ± 0.0", "50.0")
+
+
+@pytest.mark.parametrize("draw", [tables.milestone_table, tables.threshold_table])
+@pytest.mark.parametrize(
+    ("environments", "said"),
+    [
+        (["cube-single", "cube-double"], "success (within 4 cm) ends an episode"),
+        (["mine", "nobody's"], "success (within 2.5 cm) ends an episode"),
+        (["nobody's"], "success ends an episode"),
+        (
+            ["mine", "cube-single", "cube-double"],
+            "success (within 2.5 cm in mine, 4 cm in cube-double and cube-single) ends an episode",
+        ),
+    ],
+)
+def test_success_is_as_near_as_it_is_in_the_tables_environments(
+    tmp_path, make_run, monkeypatch, draw, environments, said
+):
+    own = dataclasses.replace(envs.get("cube-single"), name="mine", success_distance=0.025)
+    monkeypatch.setitem(envs.SPECS, own.name, own)
+    runs = [make_run(tmp_path / name, {1: [[1]]}, environment=name) for name in environments]
+    assert said in draw(stats.read_results(runs)).caption
 
 
 def test_the_final_distance_is_that_of_episodes_with_an_end(tmp_path, make_run):
