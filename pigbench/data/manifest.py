@@ -60,6 +60,8 @@ class Spec:
         versions: versions of the packages that the numbers depend on.
         settings: other settings that they depend on, from `pigbench.settings.in_force`; empty for
             imported data, and for data from before settings were recorded.
+        origin: what imported or filtered data were made from, and how; data from before there was
+            this field have it among their versions.
     """
 
     environment: str
@@ -75,10 +77,16 @@ class Spec:
     action_size: int
     versions: Mapping[str, str]
     settings: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    origin: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
-        """The specification in plain types; its layout is the (name, size) of each term."""
-        return {**dataclasses.asdict(self), "layout": self.layout.terms}
+        """The specification in plain types; its layout is the (name, size) of each term.
+
+        An empty origin is left out, so that generated data keep the bytes, and the digest, that
+        they had before there was one.
+        """
+        content = {**dataclasses.asdict(self), "layout": self.layout.terms}
+        return content if self.origin else {k: v for k, v in content.items() if k != "origin"}
 
     def as_json(self) -> str:
         """The specification as JSON, the inverse of `spec_of`."""
@@ -211,6 +219,7 @@ def describe(manifest: Manifest) -> str:
         "seed": spec.seed,
         "versions": ", ".join(f"{name} {version}" for name, version in spec.versions.items()),
         "settings": ", ".join(f"{name} {value}" for name, value in spec.settings.items() if value),
+        "origin": ", ".join(f"{name} {value}" for name, value in spec.origin.items()),
         "fields": ", ".join(spec.fields),
         "action size": spec.action_size,
         "shards": f"{len(shards)} of {len(spec.plan())}",
@@ -227,7 +236,7 @@ def describe(manifest: Manifest) -> str:
     for name, part in spec.layout.items():
         lines[f"  {name}"] = f"[{part.start}:{part.stop}]"
     width = max(map(len, lines))
-    return "\n".join(f"{name:<{width}}  {text}" for name, text in lines.items())
+    return "\n".join(f"{name:<{width}}  {text}" for name, text in lines.items() if text != "")
 
 
 def _journal(folder: Path) -> list[ShardRecord]:

@@ -178,8 +178,8 @@ def _spec(
         dataset.spec,
         episodes={split: sum(sizes) for split, sizes in counts.items()},
         episodes_per_shard=counts,
-        versions={
-            **dataset.spec.versions,
+        origin={
+            **dataset.spec.origin,
             "filtered by": filtered,
             "of the data": f"SHA-256 {dataset.digest}",
         },

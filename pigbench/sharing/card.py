@@ -35,8 +35,8 @@ def code(language: str, text: str) -> str:
 
 
 def facts(values: Mapping[str, Any]) -> str:
-    """A list of names and values."""
-    return "\n".join(f"- {name}: {value}" for name, value in values.items())
+    """A list of names and values, without those that are empty."""
+    return "\n".join(f"- {name}: {value}" for name, value in values.items() if value != "")
 
 
 def observation_table(environment: str, layout: Layout) -> str:

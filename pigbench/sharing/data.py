@@ -61,6 +61,7 @@ def describe(dataset: Dataset, *, license: str = card.LICENSE) -> str:
                 "fields": ", ".join(spec.fields),
                 "size": f"{size / 1e6:,.1f} MB",
                 "versions": ", ".join(f"{name} {value}" for name, value in spec.versions.items()),
+                "origin": ", ".join(f"{name} {value}" for name, value in spec.origin.items()),
                 "manifest's SHA-256": dataset.digest,
             }
         ),

@@ -102,7 +102,8 @@ def _spec(env: "envs.CubeEnv", sources: Sequence[Path], episodes: Mapping[str, i
         fields=collect.COMPACT,
         layout=env.layout,
         action_size=env.action_size,
-        versions={
+        versions={},
+        origin={
             str(file.relative_to(path.parent)): f"SHA-256 {files.sha256(file)}"
             for path in sources
             for file in (lerobot.files_of(path) if path.is_dir() else [path])

@@ -86,7 +86,8 @@ def _spec(env: "envs.CubeEnv", sources: Mapping[str, Sequence[Source]]) -> Spec:
         fields=tuple(field for field in every[0].fields if all(field in s.fields for s in every)),
         layout=env.layout,
         action_size=env.action_size,
-        versions={source.path.name: f"SHA-256 {source.sha256}" for source in every},
+        versions={},
+        origin={source.path.name: f"SHA-256 {source.sha256}" for source in every},
     )
 
 

@@ -49,6 +49,16 @@ def test_the_format_on_the_disk(tmp_path, spec):
     assert content["shards"][0]["files"] == {"actions.npy": {"sha256": "ab", "bytes": 12}}
 
 
+def test_the_origin_is_recorded_if_there_is_one(tmp_path, spec):
+    assert "origin" not in spec.as_dict()  # so that digests of generated data stay
+    assert "origin" not in manifest.describe(Manifest(spec, ()))
+    made = dataclasses.replace(spec, origin={"F.npz": "SHA-256 ab"})
+    assert manifest.spec_of(made.as_json()) == made
+    manifest.write(tmp_path, Manifest(made, ()))
+    assert manifest.read(tmp_path).spec == made
+    assert re.search(r"^origin +F\.npz SHA-256 ab$", manifest.describe(Manifest(made, ())), re.M)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

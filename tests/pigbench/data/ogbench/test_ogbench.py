@@ -194,7 +194,7 @@ def test_other_files_do_not_continue_an_import(tmp_path, theirs):
     import_(path, tmp_path / "data")
     theirs["F"]["actions"][0, 0] += 1
     save(tmp_path, theirs)
-    with pytest.raises(UserError, match=r"versions\.F\.npz is 'SHA-256"):
+    with pytest.raises(UserError, match=r"origin\.F\.npz is 'SHA-256"):
         import_(path, tmp_path / "data")
 
 
