@@ -32,6 +32,9 @@ _DEFAULTS: Mapping[str, Any] = {
     "temperature": 10.0,
 }
 
+UNRECORDED: Mapping[str, Any] = {"goals": "state", "standardize": False}
+"""What fields were before they existed, where they may be something else by default now."""
+
 
 def upgraded(agent: Mapping[str, Any]) -> dict[str, Any]:
     """A stored configuration in today's form, which is also that of a new one.

@@ -23,10 +23,12 @@ from pigbench.evaluation.settings import Evaluation
 from pigbench.seeds import Seed
 from pigbench.support import files, typed
 from pigbench.support.lock import only_writer
+from pigbench.training.history import record_resumption
 from pigbench.training.provenance import provenance
-from pigbench.training.run import Keep, Run, RunConfig, common_step, open_run, resume
+from pigbench.training.run import Keep, Run, RunConfig, open_run
 from pigbench.training.schedule import Schedule
 from pigbench.training.sharding import Sharding
+from pigbench.training.together import common_step
 
 
 @dataclasses.dataclass(frozen=True)
@@ -210,6 +212,6 @@ def _note_resumed(runs: Sequence[Run], origin: Mapping[str, Any]) -> None:
     """Record and print what runs are resumed with, if it differs from before."""
     step = common_step(runs) or 0
     for run in runs:
-        change = resume(run, origin, step=step)
+        change = record_resumption(run, origin, step=step)
         if change is not None:
             print(f"{run.path} is resumed at step {step:,}, but {change}; provenance.json has both")

@@ -15,7 +15,7 @@ from pigbench.suite.jobs import Job
 from pigbench.support import files, typed
 from pigbench.support.compare import flatten, split
 from pigbench.support.grouping import grouped
-from pigbench.training.run import PROVENANCE_FILE, Run, read_run
+from pigbench.training.run import Run, read_run
 
 _NAMED = 3  # runs named, if more have the same provenance
 _COMMAND = "command"
@@ -120,7 +120,7 @@ def _names(runs: Sequence[Run]) -> list[str]:
 
 def _kept(run: Run) -> Iterator[tuple[str, Any]]:
     """The fields of the run's provenance, with dotted names; empty if there is none."""
-    path = run.path / PROVENANCE_FILE
+    path = run.provenance_path
     return flatten(files.read_json(path) if path.exists() else {})
 
 

@@ -27,7 +27,6 @@ from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.training.provenance import package_versions
 from pigbench.training.restore import Trained
-from pigbench.training.run import PROVENANCE_FILE, STATISTICS_FILE
 
 States = Float[Array, "batch observation"]
 Actions = Float[Array, "batch action"]
@@ -141,8 +140,8 @@ def describe(trained: Trained) -> dict[str, Any]:
         ],
         "action_size": agent.action_size,
         "config": dataclasses.asdict(run.config),
-        "statistics": _kept(run.path / STATISTICS_FILE),
-        "provenance": _kept(run.path / PROVENANCE_FILE),
+        "statistics": _kept(run.statistics_path),
+        "provenance": _kept(run.provenance_path),
         "exported_with": package_versions(("pigbench", "jax")),
     }
 

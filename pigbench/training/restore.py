@@ -8,10 +8,12 @@ from typing import NamedTuple
 import jax
 
 from pigbench import agents, envs
-from pigbench.agents import Agent, TrainState
+from pigbench.agents import Agent, AgentConfig, TrainState, stored
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
-from pigbench.training.run import Run, agent_config, read_run, read_statistics
+from pigbench.support import schema
+from pigbench.training.run import CONFIG_FILE, Run, read_run
+from pigbench.training.statistics import read_statistics
 
 _LONGEST_STEP = 18  # digits
 
@@ -45,6 +47,16 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
         like = jax.eval_shape(partial(agents.create, agent), jax.random.key(0))
         state = checkpoints.restore(like, step)
     return Trained(run, env, agent, state)
+
+
+def agent_config(run: Run) -> AgentConfig:
+    """The run's agent configuration. Raises UserError if it does not fit the method."""
+    template = agents.get(run.config.method).config
+    unrecorded = {
+        name: value for name, value in stored.UNRECORDED.items() if hasattr(template, name)
+    }
+    what = f"{run.path / CONFIG_FILE} holds no configuration of {run.config.method!r}"
+    return schema.fill(template, {**unrecorded, **run.config.agent}, what)
 
 
 def _step(run: Run, kept: Sequence[int], checkpoint: str) -> int:

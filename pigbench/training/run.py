@@ -13,20 +13,19 @@ checkpoints/      training states
 import dataclasses
 import itertools
 import math
-import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
-
-import numpy as np
 
 from pigbench.agents import stored
 from pigbench.errors import UserError
 from pigbench.support import files, schema
-from pigbench.support.compare import first_difference, require_same
+from pigbench.support.compare import require_same
+from pigbench.training import history
+from pigbench.training.statistics import write_statistics
 
 if TYPE_CHECKING:  # tables read runs without agents and JAX
-    from pigbench.agents import AgentConfig, Statistics
+    from pigbench.agents import Statistics
 
 CONFIG_FILE = "config.json"
 PROVENANCE_FILE = "provenance.json"
@@ -37,13 +36,6 @@ NOISE = "noise"
 
 Keep = Literal["last", "best", "all"]
 """Checkpoints to keep: the last two, these and that of the best evaluation, or all."""
-
-_MAKING = "versions", "commit", "machine", "numerics"
-"""The parts of the provenance that results may depend on."""
-
-_BEFORE: Mapping[str, Any] = {"goals": "state", "standardize": False}
-"""Values of agents' configuration fields for runs from before the fields existed, where these may
-differ from the defaults."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,7 +69,7 @@ class RunConfig:
     @property
     def goals(self) -> str:
         """The representation of goals that the agent's networks see."""
-        return self.agent.get("goals", _BEFORE["goals"])
+        return self.agent.get("goals", stored.UNRECORDED["goals"])
 
     @property
     def engine(self) -> str | None:
@@ -98,6 +90,16 @@ class Run:
     config: RunConfig
 
     @property
+    def provenance_path(self) -> Path:
+        """The file that says what the run was made with."""
+        return self.path / PROVENANCE_FILE
+
+    @property
+    def statistics_path(self) -> Path:
+        """The file with the statistics of the data."""
+        return self.path / STATISTICS_FILE
+
+    @property
     def episodes_path(self) -> Path:
         """The file of evaluation episodes."""
         return self.path / EPISODES_FILE
@@ -109,7 +111,7 @@ class Run:
     def noise_paths(self) -> dict[float, Path]:
         """The existing files of such episodes, by millimetres; other files are ignored."""
         found = set((self.path / NOISE).glob("*.csv"))
-        levels = sorted(itertools.chain.from_iterable(_numbers(path.stem) for path in found))
+        levels = sorted(itertools.chain.from_iterable(_noise_level(path.stem) for path in found))
         return {level: path for level in levels if (path := self.noise_path(level)) in found}
 
     @property
@@ -133,30 +135,7 @@ class Run:
         return self.config.steps in self.saved_steps()
 
 
-def common_step(runs: Sequence[Run]) -> int | None:
-    """The last step of which all runs have a checkpoint; None if none has one after step 0.
-
-    Raises UserError if they have no step in common: some would be trained again from the start.
-    """
-    saved = [run.saved_steps() for run in runs]
-    shared = set.intersection(*saved)
-    last = [max(steps, default=0) for steps in saved]
-    if not shared and any(last):
-        apart: dict[int, list[str]] = {}
-        for run, step in zip(runs, last, strict=True):
-            if not run.is_trained:
-                apart.setdefault(step, []).append(str(run.config.seed))
-        seeds = " and ".join(f"--seeds {' '.join(group)}" for group in apart.values())
-        reached = ", ".join(
-            f"{run.config.seed} (step {step:,})" for run, step in zip(runs, last, strict=True)
-        )
-        raise UserError(
-            f"seeds {reached} have no checkpoint in common to go on from together: ask for {seeds}"
-        )
-    return max(shared, default=None)
-
-
-def _numbers(text: str) -> list[float]:
+def _noise_level(text: str) -> list[float]:
     """The number in `text` if it is finite and not negative; nothing otherwise."""
     try:
         number = float(text)
@@ -179,59 +158,20 @@ def open_run(
         longer = Run(path, dataclasses.replace(run.config, steps=steps))
         require_same(str(path), dataclasses.asdict(longer.config), dataclasses.asdict(config))
         if longer != run:
-            _extend(longer, {"from_steps": run.config.steps, **provenance})
+            history.record_extension(longer, provenance, from_steps=run.config.steps)
+            _write_config(longer)
         return longer
     _require_own(path)
     files.make_folder(path)
-    files.write_json(path / PROVENANCE_FILE, provenance)
-    content = {name: values.tolist() for name, values in statistics._asdict().items()}
-    files.write_json(path / STATISTICS_FILE, files.sealed(content))
     run = Run(path, config)
+    files.write_json(run.provenance_path, provenance)
+    write_statistics(run, statistics)
     _write_config(run)  # last, because it makes the folder a run
     return run
 
 
 def _write_config(run: Run) -> None:
     files.write_json(run.path / CONFIG_FILE, files.sealed(dataclasses.asdict(run.config)))
-
-
-def _extend(longer: Run, provenance: Mapping[str, Any]) -> None:
-    """Extend a run to more steps; the extension's provenance is kept under its number of steps."""
-    kept = files.read_json(longer.path / PROVENANCE_FILE)
-    extended = kept.get("extended", {}) | {str(longer.config.steps): provenance}
-    files.write_json(longer.path / PROVENANCE_FILE, kept | {"extended": extended})
-    _write_config(longer)
-
-
-def resume(run: Run, provenance: Mapping[str, Any], *, step: int) -> str | None:
-    """Record what a run is resumed with after `step` updates, if it differs from before.
-
-    Returns the first difference, in words; None if there is none, or if the run is finished.
-    """
-    if run.is_trained:
-        return None
-    path = run.path / PROVENANCE_FILE
-    kept = files.read_json(path) if path.exists() else {}
-    difference = first_difference(_making(_last(kept)), _making(provenance))
-    if difference is None:
-        return None
-    resumed = kept.get("resumed", {}) | {str(step): provenance}
-    files.write_json(path, kept | {"resumed": resumed})
-    name, before, now = difference
-    return f"{name} was {before!r} and is {now!r}"
-
-
-def _last(kept: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The part of a run's provenance that it was last trained with."""
-    later = [
-        *((int(step), one) for step, one in kept.get("resumed", {}).items()),
-        *((one["from_steps"], one) for one in kept.get("extended", {}).values()),
-    ]
-    return max(later, key=operator.itemgetter(0), default=(0, kept))[1]
-
-
-def _making(provenance: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: provenance[name] for name in _MAKING if name in provenance}
 
 
 def _require_own(path: Path) -> None:
@@ -255,27 +195,3 @@ def read_run(path: Path) -> Run:
         if not isinstance(value, str | None):
             raise UserError(f"{config_path} is torn: {name}: {value!r} is not a name")
     return Run(path, dataclasses.replace(config, agent=stored.upgraded(config.agent)))
-
-
-def read_statistics(run: Run) -> "Statistics | None":
-    """The statistics of the data from which the run learns; None for old runs without any."""
-    from pigbench.agents import Statistics
-
-    path = run.path / STATISTICS_FILE
-    if not path.exists():
-        return None
-    content = files.read_json(path)
-    with files.explaining_torn(path):
-        return Statistics(
-            **{name: np.asarray(values, np.float32) for name, values in content.items()}
-        )
-
-
-def agent_config(run: Run) -> "AgentConfig":
-    """The run's agent configuration. Raises UserError if it does not fit the method."""
-    from pigbench import agents
-
-    template = agents.get(run.config.method).config
-    before = {name: value for name, value in _BEFORE.items() if hasattr(template, name)}
-    what = f"{run.path / CONFIG_FILE} holds no configuration of {run.config.method!r}"
-    return schema.fill(template, {**before, **run.config.agent}, what)

@@ -22,10 +22,11 @@ from pigbench.trackers import Tracker
 from pigbench.training import batches
 from pigbench.training.checkpoints import Checkpoints, Kept, last_two
 from pigbench.training.ledger import Ledger
-from pigbench.training.run import Keep, Run, common_step
+from pigbench.training.run import Keep, Run
 from pigbench.training.run_evaluator import RunEvaluator
 from pigbench.training.schedule import Schedule
 from pigbench.training.sharding import Sharding
+from pigbench.training.together import common_step
 from pigbench.training.updates import ONE_DEVICE, join, make_updates, split
 
 _KEPT: Mapping[Keep, Callable[[Run], Kept]] = {

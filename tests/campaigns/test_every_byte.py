@@ -23,6 +23,7 @@ from pigbench.suite import spec
 from pigbench.training import run
 from pigbench.training.checkpoints import Checkpoints
 from pigbench.training.restore import restore
+from pigbench.training.statistics import read_statistics
 
 SUITE = """
 methods = ["gcbc", "h-flow-gcivl"]
@@ -64,7 +65,7 @@ def trained(folder: Path) -> Any:
 
 
 def statistics(folder: Path) -> Any:
-    return [values.tolist() for values in run.read_statistics(run.read_run(folder / "RUN")) or ()]
+    return [values.tolist() for values in read_statistics(run.read_run(folder / "RUN")) or ()]
 
 
 def below(name: str) -> Callable[[Path], Iterator[Path]]:
