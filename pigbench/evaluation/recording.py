@@ -15,8 +15,6 @@ from pigbench.evaluation import rollouts
 from pigbench.evaluation.rollouts import Outcome, Report, Rollout
 from pigbench.evaluation.settings import Evaluation
 
-_CHUNK = 50  # control steps between two reports
-
 
 class Recording(NamedTuple):
     """One recorded episode."""
@@ -45,37 +43,31 @@ def make_recorder(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) -> 
         return jax.lax.scan(step, rollout, length=steps)
 
     def record(params: Params, report: Report) -> tuple[Outcome, list[Recording]]:
-        rollout, recordings = _record(start, advance, env.episode_length, params, report)
-        return rollouts.outcome_of(rollout, env, evaluation), recordings
+        begun = start(params)
+        chunks = [np.asarray(_qpos(begun.states))[None]]
+
+        def further(rollout: Rollout, steps: int) -> Rollout:
+            rollout, qpos = advance(params, rollout, steps=steps)
+            chunks.append(np.asarray(qpos))
+            return rollout
+
+        ended = rollouts.finish(begun, further, env.episode_length, report)
+        recordings = _recordings(ended, np.concatenate(chunks))
+        return rollouts.outcome_of(ended, env, evaluation), recordings
 
     return record
 
 
-def _record(
-    start: Callable[[Params], Rollout],
-    advance: Callable[..., tuple[Rollout, Float[Array, "time episode nq"]]],
-    episode_length: int,
-    params: Params,
-    report: Report,
-) -> tuple[Rollout, list[Recording]]:
-    rollout = start(params)
-    first = rollout.states
-    chunks = [np.asarray(_qpos(first))[None]]
-    while rollout.time < episode_length and not rollout.states.done.all():
-        # Not a step more than the limit: what an episode reaches after it does not count.
-        steps = min(_CHUNK, episode_length - int(rollout.time))
-        rollout, qpos = advance(params, rollout, steps=steps)
-        chunks.append(np.asarray(qpos))
-        report(int(rollout.time))
-    successes = np.asarray(rollout.states.info["success"])
-    lengths = np.asarray(rollout.values["length"])
-    states = np.concatenate(chunks)
-    return rollout, [
+def _recordings(ended: Rollout, qpos: Float[np.ndarray, "time episode nq"]) -> list[Recording]:
+    """The episodes of a rollout, cut where each has ended."""
+    info = {name: np.asarray(ended.states.info[name]) for name in ("task", "target", "success")}
+    lengths = np.asarray(ended.values["length"])
+    return [
         Recording(
-            task=int(first.info["task"][i]),
-            qpos=states[: lengths[i] + 1, i],
-            target=np.asarray(first.info["target"][i]),
-            success=bool(successes[i]),
+            task=int(info["task"][i]),
+            qpos=qpos[: lengths[i] + 1, i],
+            target=info["target"][i],
+            success=bool(info["success"][i]),
         )
         for i in range(len(lengths))
     ]

@@ -18,7 +18,7 @@ from pigbench.evaluation.measures import MEASURES, Value
 from pigbench.evaluation.settings import Evaluation
 from pigbench.support import memory
 
-_REPORT_EVERY = 50  # control steps
+_CHUNK = 50  # control steps between two reports
 
 Outcome = Mapping[str, Shaped[np.ndarray, "task episode"]]  # by name in `MEASURES`
 Report = Callable[[int], None]  # called with the control steps that the longest episode has taken
@@ -111,13 +111,30 @@ def make_evaluator(env: "envs.CubeEnv", agent: Agent, evaluation: Evaluation) ->
         return jax.lax.while_loop(going_on, partial(step, env, agent, params), rollout)
 
     def evaluate(params: Params, report: Report) -> Outcome:
-        rollout = start(params)
-        for stop in range(_REPORT_EVERY, env.episode_length + _REPORT_EVERY, _REPORT_EVERY):
-            rollout = advance(params, rollout, min(stop, env.episode_length))
-            report(int(rollout.time))
+        def further(rollout: Rollout, steps: int) -> Rollout:
+            return advance(params, rollout, int(rollout.time) + steps)
+
+        rollout = finish(start(params), further, env.episode_length, report)
         return outcome_of(rollout, env, evaluation)
 
     return evaluate
+
+
+def finish(
+    rollout: Rollout,
+    further: Callable[[Rollout, int], Rollout],
+    episode_length: int,
+    report: Report,
+) -> Rollout:
+    """Advance the rollout until every episode has ended, with reports on the way.
+
+    `further` advances it by so many control steps, or by fewer if the last episode ends.
+    """
+    while (time := int(rollout.time)) < episode_length and not np.all(rollout.states.done):
+        # Not a step more than the limit: what an episode reaches after it does not count.
+        rollout = further(rollout, min(_CHUNK, episode_length - time))
+        report(int(rollout.time))
+    return rollout
 
 
 def outcome_of(rollout: Rollout, env: "envs.CubeEnv", evaluation: Evaluation) -> Outcome:

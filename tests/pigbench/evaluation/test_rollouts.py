@@ -1,6 +1,7 @@
 """Evaluation against what its episodes must do."""
 
 import re
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -54,13 +55,28 @@ def test_episodes_depend_on_seed_task_and_number_alone(env, drawn):
 
 def test_restored_parameters_compile_nothing_twice(env, monkeypatch, caplog):
     """They are committed to a device, as those of a first evaluation are not."""
-    monkeypatch.setattr(rollouts, "_REPORT_EVERY", 2)
+    monkeypatch.setattr(rollouts, "_CHUNK", 2)
     params = jax.device_put(jnp.zeros(5), jax.devices()[0])
     assert params.committed
     with jax.log_compiles():
         make_evaluator(env, Still(), Evaluation(episodes=1))(params, print)
     compiled = re.findall(r"Finished XLA compilation of jit\((\w+)\)", caplog.text)
     assert compiled.count("advance") == 1
+
+
+@pytest.mark.parametrize(
+    ("limit", "reports", "success"), [(130, [50, 100, 130], False), (250, [50, 100, 150], True)]
+)
+def test_a_rollout_goes_on_until_all_have_ended_but_not_beyond_the_limit(limit, reports, success):
+    def after(time):
+        return SimpleNamespace(time=time, states=SimpleNamespace(done=np.array([True, time > 140])))
+
+    reported = []
+    ended = rollouts.finish(
+        after(0), lambda rollout, steps: after(rollout.time + steps), limit, reported.append
+    )
+    assert reported == reports
+    assert ended.states.done.all() == success
 
 
 def test_no_episodes_are_refused():
