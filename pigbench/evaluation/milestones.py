@@ -9,11 +9,10 @@ from jaxtyping import Array, Bool, Float, Shaped
 from pigbench import envs
 from pigbench.envs.contact import HOLDING_DISTANCE, TOUCHING_DISTANCE, feels
 from pigbench.envs.observation import cube_poses
-from pigbench.evaluation.measures import MEASURES, Fold
-from pigbench.evaluation.measures import Value as Number
+from pigbench.evaluation.measures import MEASURES, Fold, Value
 
-Value = Shaped[Array, ""]
-Values = dict[str, Value]  # by measure
+ArrayValue = Shaped[Array, ""]
+ArrayValues = dict[str, ArrayValue]  # by measure
 
 
 class Moment(NamedTuple):
@@ -60,8 +59,8 @@ class Moment(NamedTuple):
 class Folding(NamedTuple):
     """The computation of a fold."""
 
-    start: Number
-    combine: Callable[[Value, Value], Value]  # of the value so far and the next
+    start: Value
+    combine: Callable[[ArrayValue, ArrayValue], ArrayValue]  # of the value so far and the next
 
 
 FOLDINGS: Mapping[Fold, Folding] = {
@@ -73,7 +72,7 @@ FOLDINGS: Mapping[Fold, Folding] = {
 }
 
 
-def begin() -> Values:
+def begin() -> ArrayValues:
     """The values of an episode before its first step."""
     return {
         name: jnp.asarray(FOLDINGS[measure.fold].start, measure.kind)
@@ -81,10 +80,10 @@ def begin() -> Values:
     }
 
 
-def advance(so_far: Values, moment: Moment, active: Bool[Array, ""]) -> Values:
+def advance(so_far: ArrayValues, moment: Moment, active: Bool[Array, ""]) -> ArrayValues:
     """The values after one more step; those of an inactive episode are unchanged."""
 
-    def after(name: str, value: Value) -> Value:
+    def after(name: str, value: ArrayValue) -> ArrayValue:
         measure = MEASURES[name]
         now = jnp.asarray(measure.value(moment), measure.kind)
         return jnp.where(active, FOLDINGS[measure.fold].combine(value, now), value)
