@@ -218,7 +218,9 @@ def _info(
     counts = [sum(part.episodes for part in split.records) for split in splits.values()]
     bounds = np.cumsum([0, *counts])
     if bounds[-1] != len(records):
-        raise UserError(f"{dataset.folder} is torn: its terminals do not end {bounds[-1]} episodes")
+        raise UserError(
+            f"{dataset.folder} is invalid: its terminals do not end {bounds[-1]} episodes"
+        )
     return {
         "codebase_version": VERSION,
         "robot_type": "ur5e",

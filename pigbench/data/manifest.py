@@ -187,7 +187,8 @@ def add(folder: Path, record: ShardRecord) -> None:
 def read(folder: Path) -> Manifest:
     """The manifest of the data set in `folder`.
 
-    Raises UserError if there is none, if it is torn, or if its format is not this version's.
+    Raises UserError if there is none, if it is torn or invalid, or if its format is not that of
+    this version.
     """
     path = folder / FILE_NAME
     if not folder.is_dir():
@@ -199,14 +200,14 @@ def read(folder: Path) -> Manifest:
     if version != FORMAT:
         raise UserError(f"{path} has format {version!r}; this version reads format {FORMAT}")
     del content["format"]
-    manifest = schema.read(Manifest, content, f"{path} is torn")
+    manifest = schema.read(Manifest, content, f"{path} is invalid")
     added = _journal(folder)
     return manifest.with_shards([*manifest.shards, *added]) if added else manifest
 
 
 def spec_of(content: str) -> Spec:
     """The specification whose `as_json` is given."""
-    return schema.read(Spec, json.loads(content), "the specification is torn")
+    return schema.read(Spec, json.loads(content), "the specification is invalid")
 
 
 def describe(manifest: Manifest) -> str:
@@ -246,4 +247,4 @@ def _journal(folder: Path) -> list[ShardRecord]:
     lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
     with files.explaining_torn(path):
         records = [files.unsealed(path, json.loads(line)) for line in lines]
-    return [schema.read(ShardRecord, record, f"{path} is torn") for record in records]
+    return [schema.read(ShardRecord, record, f"{path} is invalid") for record in records]

@@ -63,9 +63,8 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
 def read(path: Path) -> list[Episode]:
     """The episodes in the file (at least one) by step, task and episode.
 
-    Raises UserError if it is torn.
-
-    The file may lack the engine and measures, except success.
+    The file may lack the engine and measures, except success. Raises UserError if it is torn,
+    altered or invalid.
     """
     text = files.read_text(path)
     with files.explaining_torn(path, csv.Error):
@@ -76,8 +75,8 @@ def read(path: Path) -> list[Episode]:
     columns = _columns()
     if keys != _KEYS or "success" not in others or not columns.keys() >= set(others):
         raise UserError(
-            f"{path} is torn: its columns are not {','.join(columns)} (for a measure of your own, "
-            "add --plugin FILE)"
+            f"{path} is invalid: its columns are not {','.join(columns)} (for a measure of your "
+            "own, add --plugin FILE)"
         )
     if not text.endswith("\n"):
         raise UserError(f"{path} is torn: its last row is cut off")
@@ -148,7 +147,7 @@ def _checksum(row: list[str]) -> str:
 
 def _checked(path: Path, line: int, row: list[str]) -> list[str]:
     if row[-1:] != [_checksum(row[:-1])]:
-        raise UserError(f"{path} is altered: line {line} has not the checksum that it bears")
+        raise UserError(f"{path} is altered: the checksum of line {line} does not match")
     return row[:-1]
 
 

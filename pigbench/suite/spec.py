@@ -145,8 +145,8 @@ def write(path: Path, suite: Suite) -> None:
 
 
 def read_kept(path: Path) -> Suite:
-    """The suite written by `write`. Raises UserError if there is none or it is torn."""
-    return schema.read(Suite, files.read_json(path), f"{path} is torn")
+    """The suite written by `write`. Raises UserError if there is none or it is invalid."""
+    return schema.read(Suite, files.read_json(path), f"{path} is invalid")
 
 
 def _environments(suite: Suite) -> Sequence[Mapping[str, Any]]:

@@ -218,7 +218,7 @@ def unsealed(path: Path, value: Any) -> Any:
         return value
     content = {name: part for name, part in value.items() if name != _SEAL}
     if value[_SEAL] != _checksum(content):
-        raise UserError(f"{path} is altered: its content has not the checksum that it bears")
+        raise UserError(f"{path} is altered: its checksum does not match")
     return content
 
 

@@ -100,9 +100,10 @@ class Gathered:
 
         draw_all = jax.vmap(draw, in_axes=(0, None)) if key.ndim else draw
         indices = jax.eval_shape(draw_all, key, np.zeros(1, np.int32))
+        # The states after the starts are gathered too, whose numbers are not among the indices.
         states = sum(leaf.size for leaf in jax.tree.leaves(indices)) + indices.starts.size
-        bytes_an_update = states * rows.observations.shape[-1] * 4
-        self._updates = max(1, min(_MOST_UPDATES, int(_BLOCK // bytes_an_update)))
+        bytes_a_state = rows.observations.shape[-1] * rows.observations.dtype.itemsize
+        self._updates = max(1, min(_MOST_UPDATES, int(_BLOCK // (states * bytes_a_state))))
         # Compiled before the threads use it, since otherwise each of them would compile it.
         self._draw = jax.jit(draw_all).lower(key, self._steps(0)).compile()
         self._blocks: dict[int, Future[Batch]] = {}

@@ -102,12 +102,12 @@ class Checkpoints:
                     self._manager.restore(step, args=ocp.args.StandardRestore(shapes)),
                 )
                 kept = self._manager.metadata(step).custom_metadata or {}
-        except Exception as error:  # Orbax raises many types for a torn or foreign checkpoint
+        except Exception as error:  # Orbax raises many types for a damaged or foreign checkpoint
             raise _unreadable(self.folder / str(step), error) from None
         if kept.get(_DIGEST) not in (None, _digest(restored)):  # older checkpoints have none
             raise UserError(
-                f"{self.folder / str(step)} is altered: its numbers have not the checksum that it "
-                "bears; remove it and train again in the same folder"
+                f"{self.folder / str(step)} is altered: its checksum does not match; "
+                "remove it and train again in the same folder"
             )
         return restored
 
@@ -145,7 +145,7 @@ def _altered_record(folder: Path) -> Path | None:
 
 
 def _read_through(checkpoint: Path) -> None:
-    """Read all arrays, so that a torn one raises here.
+    """Read all arrays, so that a damaged one raises here.
 
     In Orbax it would raise beside reads that go on: their errors are printed from other threads.
     """

@@ -183,15 +183,15 @@ def _require_own(path: Path) -> None:
 
 
 def read_run(path: Path) -> Run:
-    """The run in the folder `path`. Raises UserError if there is none or its config is torn."""
+    """The run in the folder `path`. Raises UserError if there is none or its config is invalid."""
     if not path.is_dir():
         raise UserError(f"{path} does not exist; make a run with `pigbench train`")
     config_path = path / CONFIG_FILE
     if not config_path.exists():
         raise UserError(f"{path} is not a run: it has no {CONFIG_FILE}")
     content = files.read_json(config_path)
-    config = schema.read(RunConfig, content, f"{config_path} is torn")
+    config = schema.read(RunConfig, content, f"{config_path} is invalid")
     for name, value in {"agent.goals": config.goals, "evaluation.engine": config.engine}.items():
         if not isinstance(value, str | None):
-            raise UserError(f"{config_path} is torn: {name}: {value!r} is not a name")
+            raise UserError(f"{config_path} is invalid: {name}: {value!r} is not a name")
     return Run(path, dataclasses.replace(config, agent=stored.upgraded(config.agent)))

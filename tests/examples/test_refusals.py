@@ -7,8 +7,8 @@ import pytest
 OUT = "OUT"
 """Stands for a folder of the test."""
 
-TORN = "TORN"
-"""Stands for the folder of a run whose configuration is torn."""
+INVALID = "INVALID"
+"""Stands for the folder of a run whose configuration is invalid."""
 
 REFUSED = [
     ("brax_ppo", "--environment cube-singel", "unknown environment 'cube-singel': did you mean"),
@@ -31,7 +31,7 @@ REFUSED = [
     ("own_log", "--logs none", "none does not exist"),
     ("value_map", "", "no runs are given"),
     ("value_map", "none", "none does not exist; make a run with `pigbench train`"),
-    ("value_map", TORN, "is torn: method: this field is missing"),
+    ("value_map", INVALID, "is invalid: method: this field is missing"),
     ("value_map", "none --points 1", "points is 1: it must be at least 2"),
 ]
 
@@ -41,7 +41,7 @@ def test_bad_input_is_refused_in_a_line(name, arguments, complaint, run, tmp_pat
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "config.json").write_text(json.dumps({"seed": 0}))
     before = sorted(tmp_path.rglob("*"))
-    given = [str(tmp_path / "run") if word == TORN else word for word in arguments.split()]
+    given = [str(tmp_path / "run") if word == INVALID else word for word in arguments.split()]
     out = tmp_path / ("values.png" if name == "value_map" else "out")
     with pytest.raises(SystemExit) as ended:
         run(name, *given, "--out", out)

@@ -65,9 +65,9 @@ def test_the_origin_is_recorded_if_there_is_one(tmp_path, spec):
         ('{"format": 1', "is torn"),
         ("[]", "has format None; this version reads format 1"),
         ('{"format": 2}', "has format 2; this version reads format 1"),
-        ('{"format": 1, "shards": []}', "is torn: spec: this field is missing"),
-        ('{"format": 1, "spec": {"fields": [], "layout": []}, "shards": []}', "is torn"),
-        ('{"format": 1, "spec": 3, "shards": []}', "is torn: spec: 3 is no set of fields"),
+        ('{"format": 1, "shards": []}', "is invalid: spec: this field is missing"),
+        ('{"format": 1, "spec": {"fields": [], "layout": []}, "shards": []}', "is invalid"),
+        ('{"format": 1, "spec": 3, "shards": []}', "is invalid: spec: 3 is no set of fields"),
     ],
 )
 def test_a_bad_manifest_is_named(tmp_path, text, message):
@@ -81,7 +81,7 @@ def test_a_bad_manifest_is_named(tmp_path, text, message):
 def test_a_bad_journal_is_named(tmp_path, spec, line):
     manifest.write(tmp_path, Manifest(spec, ()))
     (tmp_path / manifest.JOURNAL).write_text(line + "\n")
-    with pytest.raises(UserError, match=rf"{manifest.JOURNAL} is torn"):
+    with pytest.raises(UserError, match=rf"{manifest.JOURNAL} is (torn|invalid)"):
         manifest.read(tmp_path)
 
 

@@ -118,7 +118,9 @@ def test_an_altered_row_is_named_by_its_line(tmp_path):
     text = path.read_text()
     for altered in (text.replace(",1,7,", ",3,7,"), f"{text}{text.splitlines()[1]},\n"):
         path.write_text(altered)
-        with pytest.raises(UserError, match=r"is altered: line [34] has not the checksum"):
+        with pytest.raises(
+            UserError, match=r"is altered: the checksum of line [34] does not match"
+        ):
             episodes.read(path)
 
 

@@ -40,5 +40,5 @@ def test_what_is_neither_run_nor_suite_is_named(tmp_path, runs):
     with pytest.raises(UserError, match="is not a run"):
         entries.read([tmp_path])
     shutil.copy(runs[0] / "config.json", runs[0] / "episodes.csv")
-    with pytest.raises(UserError, match="is torn"):
+    with pytest.raises(UserError, match="is invalid: its columns"):
         entries.read(runs)

@@ -66,9 +66,9 @@ def test_a_kept_suite_is_the_same(suite, tmp_path):
     assert spec.read_kept(tmp_path / "kept.json") == suite
 
 
-def test_a_torn_kept_suite_is_said(tmp_path):
+def test_an_invalid_kept_suite_is_said(tmp_path):
     (tmp_path / "kept.json").write_text('{"methods": []}')
-    with pytest.raises(UserError, match=r"kept\.json is torn"):
+    with pytest.raises(UserError, match=r"kept\.json is invalid"):
         spec.read_kept(tmp_path / "kept.json")
 
 

@@ -18,7 +18,7 @@ def test_a_configuration_of_other_types_is_named(tmp_path, config, value):
     for changes in ({"agent": {"goals": value}}, {"evaluation": {"engine": value}}, of_kind):
         content = dataclasses.asdict(config) | {"method": "gcivl"} | changes
         (tmp_path / "config.json").write_text(json.dumps(content))
-        with pytest.raises(UserError, match=r"config\.json (is torn: |holds no configuration)"):
+        with pytest.raises(UserError, match=r"config\.json (is invalid: |holds no configuration)"):
             agent_config(runs.read_run(tmp_path))
 
 

@@ -39,10 +39,13 @@ def test_what_is_no_run_is_named(tmp_path):
         runs.read_run(tmp_path)
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"method": "gcivl"}'])
-def test_a_torn_configuration_is_named(tmp_path, text):
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [("", "torn"), ("{}", "invalid"), ("[1]", "invalid"), ('{"method": "gcivl"}', "invalid")],
+)
+def test_a_torn_or_invalid_configuration_is_named(tmp_path, text, what):
     (tmp_path / "config.json").write_text(text)
-    with pytest.raises(UserError, match=r"config\.json is torn"):
+    with pytest.raises(UserError, match=rf"config\.json is {what}"):
         runs.read_run(tmp_path)
 
 
