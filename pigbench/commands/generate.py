@@ -109,7 +109,7 @@ class Generate:
     @contextlib.contextmanager
     def _source(self, env: "envs.CubeEnv", spec: Spec) -> Iterator[collect.Source]:
         if self.cluster.ray is None:
-            yield collect.here(env, POLICIES[spec.policy](env.spec, env.scene), spec)
+            yield collect.local_source(env, POLICIES[spec.policy](env.spec, env.scene), spec)
         else:
             with self.cluster.connected() as tasks:
                 yield remote.source(spec, tasks)

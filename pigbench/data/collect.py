@@ -50,7 +50,7 @@ class Simulation(NamedTuple):
 
     key: Key[Array, ""]
     world: World
-    policy: Any
+    memory: Any  # the policy's
     vacant: Bool[Array, ""]
     over: Bool[Array, ""]  # whether the policy ended the episode in an earlier row
 
@@ -83,7 +83,7 @@ def write_missing(
             writer.write(shard, episodes.arrays, dropped=episodes.dropped)
 
 
-def here(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> Source:
+def local_source(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> Source:
     """Simulate shards one after another, each on all cores of this machine."""
     simulate = simulator(env, policy, spec)
 
@@ -159,6 +159,7 @@ def begin(
 ) -> Simulation:
     """An episode at its start: a random scene and the policy's first plan for it."""
     scene_key, policy_key, key = jax.random.split(key, 3)
+    # One key for both, since `env.begin` folds a constant into it before it draws.
     world = env.begin(scene_key, env.random_scene(scene_key))
     memory = policy.reset(policy_key, env.perceive(world))
     return Simulation(key, world, memory, vacant, jnp.zeros((), bool))
@@ -177,7 +178,7 @@ def step(
 ) -> tuple[Simulation, dict[str, Shaped[Array, "..."]]]:
     """Do one control step; also returns the row, by field, of the state and action before it."""
     key, act_key, advance_key = jax.random.split(simulation.key, 3)
-    world, memory, over = simulation.world, simulation.policy, simulation.over
+    world, memory, over = simulation.world, simulation.memory, simulation.over
     seen = env.perceive(world)
     action = policy.act(act_key, memory, seen)
     after_over = over | policy.finished(memory)

@@ -18,6 +18,9 @@ from pigbench.support import files
 
 _REPEAT = "run the same `pigbench generate` again (or `pigbench data import`, or `data filter`)"
 
+ENDINGS = {"train": "", "val": "-val"}
+"""Of a split's name in the formats of other libraries."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Split:

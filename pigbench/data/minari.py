@@ -21,15 +21,13 @@ import numpy as np
 from jaxtyping import Float
 
 from pigbench import envs, gym
-from pigbench.data.dataset import Dataset, Split
+from pigbench.data.dataset import ENDINGS, Dataset, Split
 from pigbench.data.shard import FieldArray
 from pigbench.support import files, lock
 from pigbench.support.extras import required
 from pigbench.support.progress import Progress
 
 VERSION = "0.5.4"  # of Minari, which defines the format
-
-_ENDINGS = {"train": "", "val": "-val"}  # of the splits' names
 
 
 def write(dataset: Dataset, path: Path) -> list[Path]:
@@ -56,7 +54,7 @@ def identify(dataset: Dataset, split: str) -> str:
     """A split's name in Minari."""
     spec = dataset.spec
     policy = re.sub(r"[^A-Za-z0-9_.]+", "-", spec.policy)
-    return f"pigbench/{spec.environment}-{policy}{_ENDINGS[split]}-v0"
+    return f"pigbench/{spec.environment}-{policy}{ENDINGS[split]}-v0"
 
 
 def _write_split(folder: Path, identity: str, split: Split, progress: Progress) -> None:

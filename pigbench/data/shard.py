@@ -25,6 +25,9 @@ DTYPES = {
     "qvel": np.dtype(np.float32),
 }
 
+IMPORTED_EPISODES = 1000
+"""The most episodes of a shard of imported data: as many as in OGBench's files."""
+
 
 def file_name(field: str) -> str:
     """The file of `field` in a shard's folder."""

@@ -133,8 +133,8 @@ def simulate(
     policy: ScriptedPolicy[Any] = lookup("policy", POLICIES, policy_name)(env.spec, env.scene)
 
     def step(simulation: Simulation) -> tuple[Simulation, ScriptedEpisode]:
-        before, target = simulation.world.physics, simulation.policy.target
-        ended = policy.ended(simulation.policy)
+        before, target = simulation.world.physics, simulation.memory.target
+        ended = policy.ended(simulation.memory)
         simulation, row = collect.step(env, policy, simulation)
         after = cube_poses(env.scene, simulation.world.physics)[0][target.cube]
         return simulation, ScriptedEpisode(

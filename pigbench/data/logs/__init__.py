@@ -15,7 +15,7 @@ from pigbench.data.logs import lerobot, tables
 from pigbench.data.logs.columns import LogTable
 from pigbench.data.logs.episode import LoggedEpisode, observe, prepare
 from pigbench.data.manifest import Spec
-from pigbench.data.shard import FieldArray
+from pigbench.data.shard import IMPORTED_EPISODES, FieldArray
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
 from pigbench.support import files
@@ -27,7 +27,6 @@ REPORT = "import.json"
 """The file beside the manifest that lists gaps and outliers."""
 
 _EVERY = 10  # one in so many episodes is for validation
-_MOST_EPISODES = 1000  # per shard
 POLICY = "log"
 
 
@@ -97,7 +96,7 @@ def _spec(env: "envs.CubeEnv", sources: Sequence[Path], episodes: Mapping[str, i
         engine=env.backend,
         seed=0,
         episodes=dict(episodes),
-        episodes_per_shard=_MOST_EPISODES,
+        episodes_per_shard=IMPORTED_EPISODES,
         rows_per_episode=0,
         fields=collect.COMPACT,
         layout=env.layout,

@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
+from pigbench.data.dataset import ENDINGS
 from pigbench.errors import UserError
 
 SUFFIX = ".npz"
-ENDINGS = {"train": "", "val": "-val"}
-"""Of a split's file name, before the suffix."""
 NEXT, VALIDS, ORACLE_REPS = "next_observations", "valids", "oracle_reps"
 """The arrays that are no fields of a shard."""
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from pigbench import envs
 from pigbench.data import collect, shard
+from pigbench.data.dataset import ENDINGS
 from pigbench.data.manifest import Shard, Spec
-from pigbench.data.ogbench.names import ENDINGS, SUFFIX, split_paths
+from pigbench.data.ogbench.names import SUFFIX, split_paths
 from pigbench.data.ogbench.source import Source
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError

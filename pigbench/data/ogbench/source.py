@@ -14,11 +14,10 @@ from jaxtyping import Int
 from pigbench import envs
 from pigbench.data import collect, shard
 from pigbench.data.ogbench.names import NEXT, VALIDS
-from pigbench.data.shard import FieldArray
+from pigbench.data.shard import IMPORTED_EPISODES, FieldArray
 from pigbench.errors import UserError
 from pigbench.support import files
 
-_MOST_EPISODES = 1000  # per shard, and thus per piece: as many as in OGBench's files
 _READ_HEADER = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
@@ -77,8 +76,8 @@ class Source:
 
     def pieces(self) -> list[int]:
         """The number of episodes in each shard that is made from the file."""
-        starts = range(0, len(self.lengths), _MOST_EPISODES)
-        return [min(_MOST_EPISODES, len(self.lengths) - start) for start in starts]
+        starts = range(0, len(self.lengths), IMPORTED_EPISODES)
+        return [min(IMPORTED_EPISODES, len(self.lengths) - start) for start in starts]
 
     def _check_shapes(self, env: "envs.CubeEnv") -> None:
         """Raise UserError unless all arrays have the environment's shapes. Reads headers only."""

@@ -10,9 +10,9 @@ import numpy as np
 
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.data import shard
-from pigbench.data.dataset import Dataset, Split
+from pigbench.data.dataset import ENDINGS, Dataset, Split
 from pigbench.data.manifest import ShardRecord
-from pigbench.data.ogbench.names import ENDINGS, ORACLE_REPS, split_paths
+from pigbench.data.ogbench.names import ORACLE_REPS, split_paths
 from pigbench.data.shard import FieldArray
 from pigbench.errors import UserError, lookup
 from pigbench.support import files

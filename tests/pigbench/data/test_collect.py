@@ -54,7 +54,7 @@ def digests(folder: Path) -> dict[str, str]:
 
 def generate(folder: Path, env: CubeEnv, policy: ScriptedPolicy, **changes) -> Path:
     settings = spec(env, **changes)
-    source = collect.here(env, policy, settings)
+    source = collect.local_source(env, policy, settings)
     collect.write_missing(env, policy, settings, Writer(folder, settings), source)
     return folder
 

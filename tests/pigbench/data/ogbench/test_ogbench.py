@@ -52,7 +52,7 @@ def exported(data, tmp_path) -> Path:
 
 @pytest.fixture(autouse=True)
 def small_shards(monkeypatch):
-    monkeypatch.setattr(source, "_MOST_EPISODES", 50)
+    monkeypatch.setattr(source, "IMPORTED_EPISODES", 50)
 
 
 def import_(path: Path | list[Path], folder: Path) -> None:
@@ -303,7 +303,7 @@ def test_what_ogbenchs_loader_returns_is_read(exported, data, tmp_path, compact)
 
 def test_a_folder_of_files_is_one_data_set(tmp_path, theirs, monkeypatch):
     """A file is a shard, if it has no more episodes than one holds."""
-    monkeypatch.setattr(source, "_MOST_EPISODES", 1000)
+    monkeypatch.setattr(source, "IMPORTED_EPISODES", 1000)
     (tmp_path / "files").mkdir()
     expected = {"F": {}, "F-val": {}}
     for number, episodes in enumerate((30, 7, 12)):
