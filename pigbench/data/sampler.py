@@ -92,31 +92,38 @@ def sample(key: Key[Array, ""], rows: Rows, sampling: Sampling, batch_size: int)
 def gather(rows: Rows, indices: Indices) -> Batch:
     """The batch described by `indices`, with their axes; in NumPy for rows on disk."""
     starts, subgoals = indices.starts, indices.subgoals
-    wanted = [starts, starts + 1, indices.value_goals, indices.actor_goals]
+    wanted = {
+        "observations": starts,
+        "next_observations": starts + 1,
+        "value_goals": indices.value_goals,
+        "actor_goals": indices.actor_goals,
+    }
     if subgoals:
-        wanted += [
-            subgoals.value_subgoals,
-            subgoals.actor_subgoals,
-            subgoals.low_value_goals,
-            subgoals.low_actor_goals,
-        ]
+        wanted |= {
+            "value_subgoals": subgoals.value_subgoals,
+            "actor_subgoals": subgoals.actor_subgoals,
+            "low_value_goals": subgoals.low_value_goals,
+            "low_actor_goals": subgoals.low_actor_goals,
+        }
+    stack = starts.__array_namespace__().stack  # NumPy's or JAX's, as the indices are
     # All at once, so that a file of rows on disk is visited only once.
-    states = rows.observations[starts.__array_namespace__().stack(wanted)]
+    found = rows.observations[stack(list(wanted.values()))]
+    states = {name: found[place] for place, name in enumerate(wanted)}
     return Batch(
-        observations=states[0],
+        observations=states["observations"],
         actions=rows.actions[starts],
-        next_observations=states[1],
-        value_goals=states[2],
+        next_observations=states["next_observations"],
+        value_goals=states["value_goals"],
         value_success=_same(indices.value_goals, starts),
-        actor_goals=states[3],
+        actor_goals=states["actor_goals"],
         subgoals=Subgoals(
-            value_subgoals=states[4],
+            value_subgoals=states["value_subgoals"],
             value_steps=subgoals.value_subgoals - starts,
             value_success=_same(subgoals.value_subgoals, indices.value_goals),
-            actor_subgoals=states[5],
-            low_value_goals=states[6],
+            actor_subgoals=states["actor_subgoals"],
+            low_value_goals=states["low_value_goals"],
             low_value_success=_same(subgoals.low_value_goals, starts),
-            low_actor_goals=states[7],
+            low_actor_goals=states["low_actor_goals"],
         )
         if subgoals
         else None,
