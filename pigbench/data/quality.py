@@ -15,14 +15,19 @@ from pigbench.layout import Layout
 FELT = 0.1
 """Contact from which the pad counts as feeling something."""
 LYING = 0.015
-"""Metres by which the centre of a cube on the table may appear too high."""
+"""Metres by which the centre of a cube on the table may appear too high: a choice, several times
+the errors of its estimate (in `envs.reality`, 2 mm of noise and 3 mm of bias)."""
 IN_AIR = 0.03
 """Height in metres above the table from which a released cube falls."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """The limits within which an episode is kept."""
+    """The limits within which an episode is kept.
+
+    Jerk and rows are a choice: the paper names no limits. Together, the limits keep 72 % of the
+    rows of 100 simulated episodes (`results/robot`); the paper kept 60,000 of 80,000 transitions.
+    """
 
     within: float = 0.05
     """Metres from the goal within which a cube counts as brought there."""

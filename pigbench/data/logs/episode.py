@@ -39,6 +39,22 @@ FARTHEST_TARGET = 0.25
 """Bound of the median distance in metres from the gripper to its commanded pose in one frame."""
 REACH = 1.1
 """Metres from the robot's foot within which it can reach an object."""
+STILL = 0.02
+"""Standard deviation in rad/s below which a robot hardly moves, so that velocities tell nothing."""
+LARGEST_RATIO = 3.0
+"""Bound of the ratio of recorded velocities to those computed from positions, either way."""
+LEAST_CORRELATION = 0.3
+"""Least correlation of recorded velocities with those computed from positions."""
+RATE_TOLERANCE = 0.1
+"""Share of a control step by which the median time between rows may differ from one."""
+CLOCK_TOLERANCE = 0.1
+"""Share of a control step by which clocks may differ."""
+LENGTH_TOLERANCE = 0.05
+"""How far the length of a quaternion may be from 1."""
+STOPPED = 0.01
+"""Change of the opening in a control step below which the fingers stand still."""
+NEARLY_OPEN, NEARLY_SHUT = 0.1, 0.95
+"""Openings between which fingers that stand still must have met something."""
 
 _BLOCK = 512  # rows
 _forward = jax.jit(jax.vmap(servo.pinch))
@@ -161,15 +177,15 @@ def _check_velocities(
     Otherwise a unit is wrong, or the two come from different clocks.
     """
     moved, said = np.std(velocity), np.std(joint_vel)
-    if moved < 0.02 and said < 0.02:
+    if moved < STILL and said < STILL:
         return
     ratio = said / max(moved, 1e-9)
-    if not 1 / 3 < ratio < 3:
+    if not 1 / LARGEST_RATIO < ratio < LARGEST_RATIO:
         raise UserError(
             f"{name}: joint_vel is {ratio:.2g} times what joint_pos changes by: a wrong unit, of "
             "either or of time"
         )
-    if np.mean(joint_vel * velocity) < 0.3 * moved * said:
+    if np.mean(joint_vel * velocity) < LEAST_CORRELATION * moved * said:
         raise UserError(
             f"{name}: joint_vel is not what joint_pos changes by: are they of two clocks?"
         )
@@ -177,7 +193,7 @@ def _check_velocities(
 
 def _check_rate(name: str, time: Float[np.ndarray, "row"]) -> None:
     usual = float(np.median(np.diff(time)))
-    if not np.isclose(usual, CONTROL_STEP, rtol=0.1):
+    if not np.isclose(usual, CONTROL_STEP, rtol=RATE_TOLERANCE):
         raise UserError(
             f"{name}: actions are moves of {CONTROL_STEP} s, and rows are {usual:g} s apart: tell "
             "commanded poses (target_x ...) instead"
@@ -224,8 +240,8 @@ def _near_home(joint_pos: Float[np.ndarray, "row 6"]) -> Float[np.ndarray, "row 
 
 def _stands_between(opening: Float[np.ndarray, "time"]) -> Float[np.ndarray, "time"]:
     """Contact, inferred from fingers stopped on their way: neither moving, nor open, nor shut."""
-    still = np.abs(np.gradient(opening)) < 0.01
-    return (still & (opening > 0.1) & (opening < 0.95)).astype(float)
+    still = np.abs(np.gradient(opening)) < STOPPED
+    return (still & (opening > NEARLY_OPEN) & (opening < NEARLY_SHUT)).astype(float)
 
 
 def _linear(
@@ -241,8 +257,8 @@ def _holding(
     grid: Float[np.ndarray, "time"],
     values: Float[np.ndarray, "row n"],
 ) -> Float[np.ndarray, "time n"]:
-    """The last value at or before each time of the grid; clocks may differ by a tenth of a step."""
-    rows = np.searchsorted(time, grid + 0.1 * CONTROL_STEP, side="right") - 1
+    """The last value at or before each time of the grid, give or take `CLOCK_TOLERANCE`."""
+    rows = np.searchsorted(time, grid + CLOCK_TOLERANCE * CONTROL_STEP, side="right") - 1
     return values[np.maximum(rows, 0)]
 
 
@@ -255,7 +271,7 @@ def _to_world(pos: Float[np.ndarray, "time 3"]) -> Float[np.ndarray, "time 3"]:
 def _same_sign(name: str, quats: Float[np.ndarray, "row 4"]) -> Float[np.ndarray, "row 4"]:
     """The same rotations, each with the sign that is nearer to the quaternion before."""
     length = np.linalg.norm(quats, axis=-1)
-    if np.abs(length - 1).max() > 0.05:
+    if np.abs(length - 1).max() > LENGTH_TOLERANCE:
         row = int(np.abs(length - 1).argmax())
         raise UserError(
             f"{name}: the object's quaternion has length {length[row]:.2f} in row {row}, not 1"
