@@ -44,9 +44,11 @@ class PrintTable:
 
     def run(self) -> None:
         """Print the tables."""
-        makers = [lookup("table", tables.TABLES, name) for name in self.show]
+        kinds = [lookup("table", tables.TABLES, name) for name in self.show]
         results = _results(self.runs)
-        made = [maker(results, order=order.registered(), scoring=self.scoring) for maker in makers]
+        made = [
+            kind.make(results, order=order.registered(), scoring=self.scoring) for kind in kinds
+        ]
         print(tables.render_all(made, self.format))
 
 

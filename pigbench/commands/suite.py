@@ -43,7 +43,7 @@ class RunSuite:
         """Do the work that is not done yet."""
         require(self, lambda x: x >= 1, "at least 1", "jobs")
         suite = spec.read(self.file)
-        configs = checks.configurations(suite, self.out, parse)
+        configs = checks.checked_configurations(suite, self.out, parse)
         growth.require_grown(suite, self.out)
         if self.dry_run:
             times = estimate.estimate(suite, configs, self.out)

@@ -39,14 +39,14 @@ def write(
     if not found:
         raise UserError("no runs are given: name the folders of one or more, or of a suite")
     scoring = scoring or Scoring()
-    done = [scoring.counted(entry.result) for entry in found if entry.done and entry.result]
+    done = [scoring.only_counted(entry.result) for entry in found if entry.done and entry.result]
     unfinished = [
-        scoring.counted(entry.result) for entry in found if not entry.done and entry.result
+        scoring.only_counted(entry.result) for entry in found if not entry.done and entry.result
     ]
     told = sections(done, unfinished, order, scoring)
     methods = {result.run.config.label for result in [*done, *unfinished]}
     made = {
-        name: tables.TABLES[name](done, order=order, scoring=scoring)
+        name: tables.TABLES[name].make(done, order=order, scoring=scoring)
         for name in _overall(done, environments=len(told))
     }
     runs = [entry.saved.run for entry in found if entry.saved]
@@ -73,7 +73,7 @@ def write(
 def _overall(done: Sequence[Result], *, environments: int) -> list[str]:
     """The names of the tables that are shown for all environments together, in order."""
     elsewhere = {*TABLES} if environments > 1 else {*TABLES, "aggregate"}  # it is over environments
-    return [name for name in tables.telling(done) if name not in elsewhere] if done else []
+    return [name for name in tables.fillable(done) if name not in elsewhere] if done else []
 
 
 def _titles(folders: Sequence[Path], told: Sequence[Section]) -> list[str]:

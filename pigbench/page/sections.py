@@ -42,7 +42,7 @@ def sections(
 ) -> list[Section]:
     """One section per environment, in order. Unfinished runs appear only in curves and films.
 
-    Takes results as given by `Scoring.counted`. Raises UserError if the finished runs are not
+    Takes results as given by `Scoring.only_counted`. Raises UserError if the finished runs are not
     comparable.
     """
     mine = grouped(done, _environment)
@@ -99,7 +99,7 @@ def _figures(
 def _tables(done: Sequence[Result], order: Sequence[str], scoring: Scoring) -> dict[str, Table]:
     if not done:
         return {}
-    return {name: tables.TABLES[name](done, order=order, scoring=scoring) for name in TABLES}
+    return {name: tables.TABLES[name].make(done, order=order, scoring=scoring) for name in TABLES}
 
 
 def _by_method(results: Sequence[Result], order: Sequence[str]) -> dict[str, list[Result]]:

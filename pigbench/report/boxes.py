@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from pigbench.report import canvas, comparison
 from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
-from pigbench.report.representations import by_representation, called, representation
+from pigbench.report.representations import by_representation, representation, shown_names
 from pigbench.report.scoring import Scoring, success, wording
 from pigbench.report.stats import Result, base
 from pigbench.report.styles import BLACK, GREY, style
@@ -36,24 +36,24 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     there is no such environment.
     """
     cells = comparison.common(scoring.cells(results))
-    seen = {cell.method: group[0].representation for cell, group in cells.items()}
-    methods = by_representation(ordered(seen, order), seen)
+    low_levels = {cell.method: group[0].representation for cell, group in cells.items()}
+    methods = by_representation(ordered(low_levels, order), low_levels)
     places = _places(methods)
-    handles = _handles(name for name in seen.values() if name is not None)
+    handles = _handles(name for name in low_levels.values() if name is not None)
     width = _BOX * (max(places.values()) + _MARGIN)
     figure, grid = canvas.grid(1, 1, panel=(width, _HEIGHT), legend=list(handles))
     panel = grid[0, 0]
     for method in methods:
         group = [results for cell, results in cells.items() if cell.method == method]
         values = [success(results, scoring).value for results in group]
-        _add_box(panel, places[method], values, style(method).color, _fill(seen[method]))
+        _add_box(panel, places[method], values, style(method).color, _fill(low_levels[method]))
     panel.set_ylim(0, 100)
     environments = ", ".join(ordered({cell.environment for cell in cells}, order))
     title = f"{wording(cells, scoring)}, over {environments}"
     panel.set_title(canvas.wrapped(title, figure.get_figwidth()))
     panel.set_ylabel("success (%)")
     panel.grid(visible=False, axis="x")
-    ticks = _ticks(places, seen)
+    ticks = _ticks(places, low_levels)
     panel.set_xticks(
         list(ticks.values()), list(ticks), rotation=40, ha="right", rotation_mode="anchor"
     )
@@ -73,11 +73,11 @@ def _places(methods: Sequence[str]) -> dict[str, float]:
     return places
 
 
-def _ticks(places: Mapping[str, float], seen: Mapping[str, str | None]) -> dict[str, float]:
+def _ticks(places: Mapping[str, float], low_levels: Mapping[str, str | None]) -> dict[str, float]:
     """Names and their positions, in the middle of the boxes that share them."""
     return {
         name: sum(places[method] for method in own) / len(own)
-        for name, own in grouped(places, called(seen).__getitem__).items()
+        for name, own in grouped(places, shown_names(low_levels).__getitem__).items()
     }
 
 

@@ -14,7 +14,7 @@ from pigbench.report import canvas, stats
 from pigbench.report.conditions import remarks
 from pigbench.report.curves import add_curve, prepare
 from pigbench.report.order import ordered
-from pigbench.report.representations import REPRESENTATIONS, called, representation
+from pigbench.report.representations import REPRESENTATIONS, representation, shown_names
 from pigbench.report.scoring import Cells, Scoring
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
@@ -65,17 +65,22 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     return figure
 
 
+def has_low_levels(cells: Cells) -> bool:
+    """Whether a method is hierarchical."""
+    return any(result.representation for group in cells.values() for result in group)
+
+
 def _by_representation(cells: Cells, environment: str) -> dict[str, dict[str, Sequence[Result]]]:
     """The results of methods in an environment, by representation and then by name."""
-    seen = {
+    low_levels = {
         cell.method: str(group[0].representation)
         for cell, group in cells.items()
         if cell.environment == environment
     }
-    names = called(seen)
+    names = shown_names(low_levels)
     return {
         name: {names[method]: cells[Cell(method, environment)] for method in methods}
-        for name, methods in grouped(seen, seen.__getitem__).items()
+        for name, methods in grouped(low_levels, low_levels.__getitem__).items()
     }
 
 

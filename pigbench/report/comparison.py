@@ -56,6 +56,16 @@ def common(cells: Cells) -> Cells:
     return {cell: group for cell, group in cells.items() if cell.environment in environments}
 
 
+def has_common_environment(cells: Cells) -> bool:
+    """Whether there is an environment that all methods have."""
+    return bool(common_environments(cells))
+
+
+def has_comparable_methods(cells: Cells) -> bool:
+    """Whether there are several methods, and an environment that all have."""
+    return has_common_environment(cells) and len({cell.method for cell in cells}) > 1
+
+
 def common_environments(cells: Collection[Cell]) -> list[str]:
     """The environments that all methods have."""
     methods = {cell.method for cell in cells}

@@ -13,7 +13,7 @@ Told = tuple[Cell, str]  # a cell and its value
 
 
 class Condition(NamedTuple):
-    """A condition of runs, and its value that goes without saying: None if any shared by all."""
+    """A condition of runs, and the value that captions omit; None: any, if all runs share it."""
 
     name: str
     of: Callable[[RunConfig], str]
@@ -46,7 +46,7 @@ def remarks(results: Iterable[Result], *, always: Collection[str] = ()) -> list[
         values = {value for _, value in told}
         is_usual = len(values) < 2 if usual is None else values <= {usual}
         if name in always or not is_usual:
-            found.append(f"{name}: {_whose(told)}")
+            found.append(f"{name}: {_values_with_owners(told)}")
     data = ((cell, config.dataset_digest[:_DIGITS]) for cell, config in configs)
     return [*found, *unequal("data set", data)]
 
@@ -68,19 +68,19 @@ def unequal(name: str, told: Iterable[Told]) -> list[str]:
     ]
 
 
-def _whose(told: Collection[Told]) -> str:
+def _values_with_owners(told: Collection[Told]) -> str:
     """The values, and whose they are if there are several."""
     by_value = grouped(sorted(told), lambda one: one[1])
     if len(by_value) == 1:
         return next(iter(by_value))
-    name = next((name for name in _NAMES if _tells(name, told)), _NAMES[-1])
+    name = next((name for name in _NAMES if _determines_value(name, told)), _NAMES[-1])
     return ", ".join(
         f"{value} ({', '.join(dict.fromkeys(name(cell) for cell, _ in by_value[value]))})"
         for value in sorted(by_value)
     )
 
 
-def _tells(name: Callable[[Cell], str], told: Collection[Told]) -> bool:
+def _determines_value(name: Callable[[Cell], str], told: Collection[Told]) -> bool:
     """Whether all cells of the same name have the same value."""
     return all(
         len({value for _, value in own}) == 1

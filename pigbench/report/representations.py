@@ -28,23 +28,26 @@ def representation(name: str) -> ShownRepresentation:
     return REPRESENTATIONS.get(name, ShownRepresentation(name, Style(BLACK, "-."), fill=0.35))
 
 
-def by_representation(methods: Sequence[str], seen: Mapping[str, str | None]) -> list[str]:
+def by_representation(methods: Sequence[str], low_levels: Mapping[str, str | None]) -> list[str]:
     """`methods` with the variants of each in the order of `REPRESENTATIONS`."""
     places = {name: place for place, name in enumerate(dict.fromkeys(map(stats.base, methods)))}
     ranks = {name: rank for rank, name in enumerate(REPRESENTATIONS)}
     return sorted(
         methods,
-        key=lambda method: (places[stats.base(method)], ranks.get(seen[method] or "", len(ranks))),
+        key=lambda method: (
+            places[stats.base(method)],
+            ranks.get(low_levels[method] or "", len(ranks)),
+        ),
     )
 
 
-def called(seen: Mapping[str, str | None]) -> dict[str, str]:
-    """The name of each method, given the representation that it sees.
+def shown_names(low_levels: Mapping[str, str | None]) -> dict[str, str]:
+    """The name of each method, given the representation that its low level sees.
 
     Variants are omitted if all variants of the method differ in what they see.
     """
     return {
-        variant: name if len({seen[one] for one in variants}) == len(variants) else variant
-        for name, variants in grouped(seen, stats.base).items()
+        variant: name if len({low_levels[one] for one in variants}) == len(variants) else variant
+        for name, variants in grouped(low_levels, stats.base).items()
         for variant in variants
     }

@@ -75,9 +75,9 @@ class Scoring:
 
     def cells(self, results: Iterable[Result]) -> dict[Cell, list[Result]]:
         """`stats.cells` of the episodes that count. Raises UserError like it."""
-        return stats.cells(map(self.counted, results))
+        return stats.cells(map(self.only_counted, results))
 
-    def counted(self, result: Result) -> Result:
+    def only_counted(self, result: Result) -> Result:
         """The result without the episodes of its evaluations that do not count."""
         evaluations = grouped(result.episodes, lambda episode: (episode.step, episode.task))
         kept = [one for own in evaluations.values() for one in own[: self.first_episodes]]

@@ -77,7 +77,7 @@ def read_results(runs: Iterable[Run]) -> list[Result]:
     return found
 
 
-def noisy(result: Result) -> dict[float, Result]:
+def results_in_noise(result: Result) -> dict[float, Result]:
     """The run with its episodes at each evaluated noise of the estimates, in millimetres."""
     found = {level: episodes.read(path) for level, path in result.run.noise_paths().items()}
     return {level: Result(result.run, own) for level, own in found.items() if own}

@@ -15,8 +15,10 @@ Parse = Callable[[Sequence[str]], Any]
 """The command that arguments ask for. Raises UserError for what it rejects."""
 
 
-def configurations(suite: Suite, out: Path, parse: Parse) -> Mapping[tuple[str, str], AgentConfig]:
-    """The hyperparameters of each method and variant.
+def checked_configurations(
+    suite: Suite, out: Path, parse: Parse
+) -> Mapping[tuple[str, str], AgentConfig]:
+    """The hyperparameters of each method and variant, of a suite that is checked as a whole.
 
     Raises UserError for anything that the suite's commands would reject.
     """

@@ -4,6 +4,8 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from pigbench.support.progress import how_far
+
 _TOLD = 3  # lines of a failed job's log, before the one with its exit status
 
 
@@ -23,7 +25,7 @@ def last_lines(log: Path, count: int) -> Sequence[str]:
 def last_said(out: Path, running: Sequence[str]) -> str:
     """What each running job of the suite in `out` said last, in one line."""
     lines = (last_lines(log_path(out, name), 1) for name in running)
-    said = (line[0].split(",")[0] if line else "starting" for line in lines)
+    said = (how_far(line[0]) if line else "starting" for line in lines)
     return "; ".join(f"{name}: {text}" for name, text in zip(running, said, strict=True))
 
 

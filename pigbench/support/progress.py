@@ -8,6 +8,7 @@ from typing import TextIO
 _LIVE_INTERVAL = 0.1
 _PLAIN_INTERVAL = 5.0
 _CLEAR_TO_END = "\x1b[K"
+_SEPARATOR = ", "  # of a line's parts; none is within a number
 
 
 class Progress:
@@ -78,7 +79,12 @@ class Progress:
         if self._note:
             parts.append(self._note)
         percent = 100 * self._done // self._total if self._total else 100
-        return f"{self._task} {percent:3d} %  {', '.join(parts)}"
+        return f"{self._task} {percent:3d} %  {_SEPARATOR.join(parts)}"
+
+
+def how_far(line: str) -> str:
+    """The first part of a shown line, which says how far the work is."""
+    return line.split(_SEPARATOR)[0]
 
 
 def duration(seconds: float) -> str:

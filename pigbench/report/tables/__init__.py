@@ -1,11 +1,13 @@
 """Tables of success rates: by environment, by task, aggregated, and between methods."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 from pigbench.report import comparison, stats
 from pigbench.report.formats import Table, render, render_all
+from pigbench.report.scoring import Cells
 from pigbench.report.stats import Result
-from pigbench.report.tables.distances import noise_table, threshold_table
+from pigbench.report.tables.distances import has_common_noise, noise_table, threshold_table
 from pigbench.report.tables.milestones import milestone_table
 from pigbench.report.tables.pooled import aggregate_table, improvement_table
 from pigbench.report.tables.success import method_table, task_table
@@ -13,7 +15,9 @@ from pigbench.report.tables.success import method_table, task_table
 __all__ = [
     "TABLES",
     "Table",
+    "TableKind",
     "aggregate_table",
+    "fillable",
     "improvement_table",
     "method_table",
     "milestone_table",
@@ -21,31 +25,29 @@ __all__ = [
     "render",
     "render_all",
     "task_table",
-    "telling",
     "threshold_table",
 ]
 
-TABLES: Mapping[str, Callable[..., Table]] = {
-    "methods": method_table,
-    "tasks": task_table,
-    "aggregate": aggregate_table,
-    "improvement": improvement_table,
-    "milestones": milestone_table,
-    "thresholds": threshold_table,
-    "noise": noise_table,
+
+class TableKind(NamedTuple):
+    """A kind of table: the function that makes it of results, and whether cells can fill it."""
+
+    make: Callable[..., Table]
+    fits: Callable[[Cells], bool] = lambda cells: True
+
+
+TABLES: Mapping[str, TableKind] = {
+    "methods": TableKind(method_table),
+    "tasks": TableKind(task_table),
+    "aggregate": TableKind(aggregate_table, comparison.has_common_environment),
+    "improvement": TableKind(improvement_table, comparison.has_comparable_methods),
+    "milestones": TableKind(milestone_table),
+    "thresholds": TableKind(threshold_table),
+    "noise": TableKind(noise_table, has_common_noise),
 }
 
 
-def telling(results: Sequence[Result]) -> list[str]:
-    """The names of the `TABLES` that results can fill: some need several methods, or noise."""
+def fillable(results: Sequence[Result]) -> list[str]:
+    """The names of the `TABLES` that results can fill."""
     cells = stats.cells(results)
-    pooled = bool(comparison.common_environments(cells))
-    fits = {
-        "aggregate": pooled,
-        "improvement": pooled and len({cell.method for cell in cells}) > 1,
-        "noise": any(
-            set.intersection(*(set(result.run.noise_paths()) for result in group))
-            for group in cells.values()
-        ),
-    }
-    return [name for name in TABLES if fits.get(name, True)]
+    return [name for name, kind in TABLES.items() if kind.fits(cells)]

@@ -24,12 +24,12 @@ def success_rates(
 ) -> str:
     """The caption of success rates, of which the best of each `line` are bold."""
     return (
-        f"Success rate in percent ({how(cells, scoring)}), mean ± standard deviation over "
+        f"Success rate in percent ({conditions(cells, scoring)}), mean ± standard deviation over "
         f"seeds. {bold.meaning(estimates, line=line)}"
     )
 
 
-def how(cells: Cells, scoring: Scoring) -> str:
+def conditions(cells: Cells, scoring: Scoring) -> str:
     """The evaluations that count, and the conditions that readers must know."""
     results = itertools.chain.from_iterable(cells.values())
     told = remarks(results, always=("physics",))

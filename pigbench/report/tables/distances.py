@@ -31,10 +31,10 @@ def threshold_table(
         for distance, percent in paper.ROBOT.get((cell.method, cell.environment), {}).items()
     }
     estimates = ours | theirs
-    how = captions.how(cells, scoring)
+    conditions = captions.conditions(cells, scoring)
     return Table(
         caption=(
-            f"Percentage of episodes ({how}) that end with all cubes within so "
+            f"Percentage of episodes ({conditions}) that end with all cubes within so "
             "many centimetres of their targets, mean ± standard deviation over seeds; "
             + captions.success_distances(cells)
             + ("; the paper's are from its robot, 20 episodes of one seed" if theirs else "")
@@ -71,10 +71,10 @@ def noise_table(
         for level, noisy in by_noise.items()
         for cell, group in noisy.items()
     }
-    how = captions.how(evaluated, scoring)
+    conditions = captions.conditions(evaluated, scoring)
     return Table(
         caption=(
-            f"Percentage of episodes ({how}) that end with all cubes within "
+            f"Percentage of episodes ({conditions}) that end with all cubes within "
             "so many centimetres of their targets, by the standard deviation of each coordinate of "
             "a cube's estimate; mean ± standard deviation over seeds. Policies were trained with "
             "the environment's own noise"
@@ -86,12 +86,20 @@ def noise_table(
     )
 
 
+def has_common_noise(cells: Cells) -> bool:
+    """Whether some method has a noise level at which all its runs were evaluated."""
+    return any(
+        set.intersection(*(set(result.run.noise_paths()) for result in group))
+        for group in cells.values()
+    )
+
+
 def _by_noise(cells: Cells, scoring: Scoring) -> dict[float, Cells]:
     """The cells at each noise level at which all their runs were evaluated.
 
     Raises UserError if results at the same level are not comparable.
     """
-    found = {cell: list(map(stats.noisy, group)) for cell, group in cells.items()}
+    found = {cell: list(map(stats.results_in_noise, group)) for cell, group in cells.items()}
     levels = {cell: set.intersection(*map(set, own)) for cell, own in found.items()}
     by_noise = {}
     for level in sorted(set.union(*levels.values())):

@@ -16,10 +16,10 @@ def milestone_table(
     """Methods of every environment by measures of how far episodes got."""
     cells = scoring.cells(results)
     rows = rows_of(cells, order)
-    how = captions.how(cells, scoring)
+    conditions = captions.conditions(cells, scoring)
     return Table(
         caption=(
-            f"How far episodes got ({how}), mean ± standard deviation over "
+            f"How far episodes got ({conditions}), mean ± standard deviation over "
             "seeds: percent of episodes unless the column names another unit. Nearest is the least "
             "distance of the pinch point from a cube; within is of all cubes from their targets, "
             f"final of the farthest; {captions.success_distances(cells)}. A dash: not recorded"

@@ -17,11 +17,11 @@ def aggregate_table(
     cells = comparison.common(scoring.cells(results))
     pooled = comparison.pool(cells, scoring)
     estimates = comparison.aggregates(pooled, scoring)
-    how = captions.how(cells, scoring)
+    conditions = captions.conditions(cells, scoring)
     pooling = captions.pooling(pooled, estimates, scoring)
     return Table(
         caption=(
-            f"Success rate in percent ({how}), interquartile mean and mean "
+            f"Success rate in percent ({conditions}), interquartile mean and mean "
             f"{pooling}. {bold.meaning(estimates, line='column')}"
         ),
         corner=("method", "aggregate"),
@@ -42,12 +42,12 @@ def improvement_table(
     cells = comparison.common(scoring.cells(results))
     pooled = comparison.pool(cells, scoring)
     estimates = comparison.improvements(pooled, scoring)
-    how = captions.how(cells, scoring)
+    conditions = captions.conditions(cells, scoring)
     pooling = captions.pooling(pooled, estimates, scoring)
     return Table(
         caption=(
             "Probability in percent that a run of the row's method succeeds more often than one of "
-            f"the column's ({how}), {pooling}. Bold: the interval lies above 50"
+            f"the column's ({conditions}), {pooling}. Bold: the interval lies above 50"
         ),
         corner=("method", "other method"),
         rows=ordered(pooled.strata, order),

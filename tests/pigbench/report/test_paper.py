@@ -144,11 +144,11 @@ def test_the_caption_tells_how_evaluations_in_noise_differ(make_ended):
 
 def test_a_noise_that_not_all_seeds_have_fills_no_table(make_ended):
     results = make_ended("gcivl", [0.01], [0.01])
-    assert "noise" not in tables.telling(results)
+    assert "noise" not in tables.fillable(results)
     record_noise(results[0].run, 5, 0.01)
-    assert "noise" not in tables.telling(results)
+    assert "noise" not in tables.fillable(results)
     record_noise(results[1].run, 5, 0.01)
-    assert "noise" in tables.telling(results)
+    assert "noise" in tables.fillable(results)
 
 
 def test_without_noise_there_is_no_such_table(make_ended):

@@ -51,10 +51,10 @@ def test_every_kind_says_what_methods_were_told_of_goals(tmp_path, make_run, kin
         for method, agent in zip(("sharsa", "mine"), both, strict=True)
         for goals, agent in {"state": agent, "cubes": agent | {"goals": "cubes"}}.items()
     )
-    figure = plots.KINDS[kind](results, (), Scoring())
+    figure = plots.KINDS[kind].draw(results, (), Scoring())
     said = "goals: cubes (mine (cubes), sharsa (cubes)), state (mine (state), sharsa (state))"
     assert figure.get_suptitle().replace("\n", " ") == said
-    usual = plots.KINDS[kind](results[::2], (), Scoring())
+    usual = plots.KINDS[kind].draw(results[::2], (), Scoring())
     assert usual.get_suptitle() == ""
     assert figure.get_figheight() > usual.get_figheight()
 

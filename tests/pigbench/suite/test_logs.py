@@ -1,6 +1,7 @@
 """What is told of jobs, by logs made by hand."""
 
 from pigbench.suite.logs import explain, last_said, log_path
+from pigbench.support.progress import Progress
 
 
 def test_the_end_of_a_failed_jobs_log_is_told(tmp_path):
@@ -17,5 +18,7 @@ def test_the_end_of_a_failed_jobs_log_is_told(tmp_path):
 def test_running_jobs_are_shown_by_their_last_line(tmp_path):
     log = log_path(tmp_path, "a/0")
     log.parent.mkdir(parents=True)
-    log.write_text("train: 10 %, 3 updates/s\rtrain: 20 %, 4 updates/s\n")
-    assert last_said(tmp_path, ["a/0", "b/0"]) == "a/0: train: 20 %; b/0: starting"
+    with log.open("w") as stream, Progress("qrl", total=4000, unit="x", stream=stream) as progress:
+        progress.advance(1000, note="resumed")
+    said = "a/0: qrl  25 %  1,000 of 4,000 x; b/0: starting"
+    assert last_said(tmp_path, ["a/0", "b/0"]) == said
