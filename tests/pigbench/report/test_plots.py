@@ -27,7 +27,7 @@ def results(tmp_path, make_run):
     )
 
 
-@pytest.mark.parametrize("kind", sorted(set(plots.KINDS) - {"box"}))
+@pytest.mark.parametrize("kind", plots.KINDS)
 def test_every_kind_shows_every_method_in_its_colour(tmp_path, results, kind):
     plots.plot(results, tmp_path / "picture.png", kind=kind)
     picture = Image.open(tmp_path / "picture.png").convert("RGB")
@@ -87,10 +87,39 @@ def test_logarithmic_axes_have_plain_numbers(tmp_path, values, labels):
     assert all(texts.count(label) == 2 for label in labels)
 
 
+OWN_LOG = re.compile(r"""scale["']?\s*[(=:,]\s*["'](sym)?log|scale\b.*["']log["']|loglog|semilog""")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'panel.set_xscale("log", base=2)',
+        'panel.set(xscale="log", ylim=(1, 2))',
+        'panel.set(**{f"{name}scale": "log"})',
+        'panel.set_yscale(\n    "symlog")',
+        "panel.semilogy(x, y)",
+        "panel.loglog(x, y)",
+    ],
+)
+def test_logarithmic_axes_are_found_however_they_are_set(line):
+    assert OWN_LOG.search(line)
+
+
 def test_no_figure_has_a_logarithmic_axis_of_its_own():
     code = Path(canvas.__file__).parents[1]
-    own = {path.name for path in code.rglob("*.py") if 'scale("log"' in path.read_text()}
-    assert own <= {"scaling.py"}  # whose labels are the sizes
+    own = {path.name for path in code.rglob("*.py") if OWN_LOG.search(path.read_text())}
+    assert own == {"canvas.py", "scaling.py"}  # the one for all, and one whose labels are the sizes
+
+
+def test_a_figure_is_drawn_if_results_can_fill_it(make_results):
+    flat = make_results({("gcivl", "one"): [{1: [50]}], ("qrl", "one"): [{1: [50]}]})
+    assert plots.fillable(flat) == ["curves", "bars", "box", "profile", "milestones"]
+    low = {"agent": {"low_level_representation": "full"}}
+    apart = make_results({("sharsa", "two"): [{1: [50]}]}, **low)
+    assert plots.fillable([*flat, *apart]) == ["curves", "bars", "columns", "milestones"]
+    for kind, few in {"columns": flat, "box": [*flat, *apart], "profile": [*flat, *apart]}.items():
+        with pytest.raises(UserError):
+            plots.KINDS[kind].draw(few, (), Scoring())
 
 
 def test_the_folder_is_made(tmp_path, results):

@@ -17,7 +17,7 @@ SHARDINGS = [[4, 1], [2, 2]]
 """Devices that share seeds, and batches: of 4 seeds, and of 2 with split batches."""
 
 
-def test_it_comes_to_the_same():
+def test_four_devices_train_the_parameters_that_one_trains():
     script = str(Path(__file__).with_name("on_devices.py"))
     flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count=4"
     ended = subprocess.run(
