@@ -83,3 +83,10 @@ class Batch:
     value_success: Float[Array, "batch"]  # 1 where the first state is itself the value goal, else 0
     actor_goals: Float[Array, "batch observation"]
     subgoals: Subgoals | None = None  # present if the agent's `Sampling` asks for them
+
+    @property
+    def required_subgoals(self) -> Subgoals:
+        """The subgoals. Raises ValueError if the batch was drawn without."""
+        if self.subgoals is None:
+            raise ValueError("the batch has no subgoals: the agent's `sampling` must ask for them")
+        return self.subgoals

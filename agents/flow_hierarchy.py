@@ -9,14 +9,14 @@ inference algorithms of the paper's appendix and, where they leave a choice, SHA
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents.agent import Agent, Params
-from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
+from pigbench.agents.batch import Batch, GoalMixture, Sampling, SubgoalSampling
 from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.flow import FlowPolicy
@@ -144,10 +144,8 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         high, low = _levels(params)
         high_targets, low_targets = _levels(target_params)
         high_key, low_key = jax.random.split(key)
-        subgoals = cast(Subgoals, batch.subgoals)
-        high_loss, high_metrics = self._high_loss(high, high_targets, batch, subgoals, high_key)
-        low_batch = self._low_batch(batch, subgoals)
-        low_loss, low_metrics = self.low.loss(low, low_targets, low_batch, low_key)
+        high_loss, high_metrics = self._high_loss(high, high_targets, batch, high_key)
+        low_loss, low_metrics = self.low.loss(low, low_targets, self._low_batch(batch), low_key)
         return high_loss + low_loss, _named_by_level(high_metrics, low_metrics)
 
     def act(
@@ -205,16 +203,16 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
     def value_learner(self, params: Params, batch: Batch) -> tuple[Agent[Any], Params, Batch]:
         """The low level, and the batch in its representation, with the goals that it learns on."""
         _, low = _levels(params)
-        return self.low, low, self._low_batch(batch, cast(Subgoals, batch.subgoals))
+        return self.low, low, self._low_batch(batch)
 
     def _high_loss(
         self,
         params: Params,
         target_params: Params,
         batch: Batch,
-        subgoals: Subgoals,
         key: PRNGKeyArray,
     ) -> LossAndMetrics:
+        subgoals = batch.required_subgoals
         return combine(
             self.actor.loss(
                 params["actor"],
@@ -235,7 +233,8 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
             ),
         )
 
-    def _low_batch(self, batch: Batch, subgoals: Subgoals) -> Batch:
+    def _low_batch(self, batch: Batch) -> Batch:
+        subgoals = batch.required_subgoals
         return Batch(
             observations=self.represent(batch.observations),
             actions=batch.actions,

@@ -7,7 +7,7 @@ value's own representation of goals, and the low-level one acts towards it.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 import flax.linen as nn
 import jax
@@ -17,7 +17,7 @@ from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents import actors, losses
 from pigbench.agents.agent import Agent, Params
-from pigbench.agents.batch import Batch, Sampling, Subgoals, SubgoalSampling
+from pigbench.agents.batch import Batch, Sampling, SubgoalSampling
 from pigbench.agents.config import AgentConfig
 from pigbench.agents.metrics import LossAndMetrics, add_prefix, combine, describe
 from pigbench.agents.networks import MLP, Policy, Value, apply, apply_ensemble, init_ensemble
@@ -134,7 +134,7 @@ class HIQL(Agent[HIQLConfig]):
         """Value loss plus policy losses, which train disjoint networks. `key` is unused."""
         return combine(
             self._value_loss(params, target_params, batch),
-            self._actor_loss(params, batch, cast(Subgoals, batch.subgoals)),
+            self._actor_loss(params, batch),
         )
 
     def act(
@@ -185,7 +185,8 @@ class HIQL(Agent[HIQLConfig]):
         ).mean()
         return loss, describe("value", values) | {"value/td_loss": loss}
 
-    def _actor_loss(self, params: Params, batch: Batch, subgoals: Subgoals) -> LossAndMetrics:
+    def _actor_loss(self, params: Params, batch: Batch) -> LossAndMetrics:
+        subgoals = batch.required_subgoals
         fixed = jax.lax.stop_gradient(params)
         states, next_states = batch.observations, batch.next_observations
         values, represented = self._values(

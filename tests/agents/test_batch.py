@@ -1,6 +1,7 @@
+import numpy as np
 import pytest
 
-from pigbench.agents import GoalMixture
+from pigbench.agents import Batch, GoalMixture
 from pigbench.errors import UserError
 
 
@@ -14,3 +15,8 @@ def test_a_mixture_must_be_a_distribution(shares):
 
 def test_rounding_does_not_reject_a_mixture():
     GoalMixture(current=0.1, future=0.2, random=0.7, geometric=True)
+
+
+def test_a_batch_without_subgoals_is_refused_where_they_are_needed():
+    with pytest.raises(ValueError, match="has no subgoals"):
+        _ = Batch(*[np.zeros((1, 1))] * 6).required_subgoals
