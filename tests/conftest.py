@@ -5,7 +5,7 @@ import dataclasses
 import functools
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any, get_args
 
 import jaxtyping
@@ -53,48 +53,6 @@ if "PYTEST_XDIST_WORKER" not in os.environ:  # workers have the environment of t
     _cache = tempfile.TemporaryDirectory(prefix="pigbench-compiled-")  # removed when Python ends
     os.environ["JAX_COMPILATION_CACHE_DIR"] = _cache.name
     os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
-
-
-class _Loader:
-    """JAX's backend, which gives these functions to the programs that it loads."""
-
-    def __init__(self, backend: Any, functions: Sequence[Callable]) -> None:
-        self._backend, self._functions = backend, functions
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._backend, name)
-
-    def deserialize_executable(self, *arguments: Any) -> Any:
-        return self._backend.deserialize_executable(*arguments, host_callbacks=self._functions)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _programs_that_call_python_are_kept() -> Iterator[None]:
-    """JAX 0.10's cache refuses them, though on a CPU a program knows these functions by number.
-
-    Rollouts call MuJoCo, and would be compiled in each process that needs one.
-    """
-    import jax
-    from jax._src import compiler
-
-    if not jax.__version__.startswith("0.10."):
-        yield
-        return
-    load, write = compiler.compile_or_get_cached, compiler._cache_write
-
-    def compile_or_load(backend: Any, module: Any, devices: Any, options: Any, *rest: Any) -> Any:
-        functions = rest[0]
-        loader = _Loader(backend, functions) if functions else backend
-        return load(loader, module, devices, options, *rest)
-
-    def keep(*arguments: Any) -> None:
-        *others, _ = arguments  # the functions
-        write(*others, ())
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiler, "compile_or_get_cached", compile_or_load)
-        patch.setattr(compiler, "_cache_write", keep)
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -38,10 +38,10 @@ def episodes(zero, policy):
         def step(batch, _):
             after, row = jax.vmap(partial(collect.step, zero, policy))(batch)
             cubes = row["qpos"][:, zero.scene.cubes_qpos][:, :3]
-            return after, (row["live"], batch.policy.trip, cubes)
+            return after, (row["live"], batch.memory.trip, cubes)
 
         last, rows = jax.lax.scan(step, begun, length=policy.episode_rows)
-        return last.policy.away, rows
+        return last.memory.away, rows
 
     return jax.device_get(run(jax.random.split(jax.random.key(0), EPISODES)))
 
