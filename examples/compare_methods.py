@@ -15,9 +15,9 @@ from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.evaluation.settings import Evaluation
 from pigbench.report import plots, stats, tables
+from pigbench.runs.run import read_run
 from pigbench.seeds import Seed
 from pigbench.support import files
-from pigbench.training.run import read_run
 
 
 @dataclasses.dataclass(frozen=True)

@@ -23,8 +23,8 @@ from pigbench.envs.units import metres
 from pigbench.evaluation.settings import Evaluation
 from pigbench.layout import Layout
 from pigbench.report import stats, tables
+from pigbench.runs.run import read_run
 from pigbench.support import files
-from pigbench.training.run import read_run
 
 ENVIRONMENT = "cube-centre"
 TO_BASE = Rotation.from_euler("z", 90, degrees=True)

@@ -21,8 +21,8 @@ from pigbench.envs import workspace
 from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.errors import UserError, require
 from pigbench.report import canvas
+from pigbench.runs.restore import restore
 from pigbench.seeds import Seed
-from pigbench.training.restore import restore
 
 
 class Map(NamedTuple):

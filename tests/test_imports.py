@@ -1,6 +1,7 @@
 """Which part of the code may import which, wherever in a file it does."""
 
 import ast
+import graphlib
 import importlib.util
 import itertools
 from pathlib import Path
@@ -57,6 +58,16 @@ def test_all_code_is_found():
 def test_nothing_imports_upwards(above):
     below = [name for name in CODE if not within(name, *ABOVE[above])]
     assert not [name for name in below if any(within(one, above) for one in imported(CODE[name]))]
+
+
+def test_no_files_import_each_other_in_a_circle():
+    """Not even by way of others, or for types alone."""
+
+    def file(name: str) -> str:
+        return name if name in CODE else name.rpartition(".")[0]  # the latter defines the former
+
+    needs = {name: {*map(file, imported(path))} & {*CODE} for name, path in CODE.items()}
+    graphlib.TopologicalSorter(needs).prepare()  # an error names the circle
 
 
 @pytest.mark.parametrize(("one", "other"), [*itertools.permutations(PACKAGES[1:])])

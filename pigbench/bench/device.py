@@ -18,7 +18,7 @@ from pigbench.bench.budget import FIRST, RATE, Row, RowResult
 from pigbench.bench.timing import Contender, alternate
 from pigbench.envs.physics import ENGINES
 from pigbench.errors import require
-from pigbench.training.provenance import package_versions, surroundings
+from pigbench.provenance import package_versions, surroundings
 
 PACKAGES = ("jaxlib", "mujoco-mjx", "warp-lang", "flax", "optax", "brax")
 

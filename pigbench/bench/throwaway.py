@@ -14,8 +14,8 @@ from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.manifest import Shard, Spec
 from pigbench.data.writer import Writer
 from pigbench.envs.oracles import POLICIES
+from pigbench.provenance import package_versions
 from pigbench.support.progress import Progress
-from pigbench.training.provenance import package_versions
 
 _EPISODES_PER_SHARD, _SIMULATED = 50, 5  # a shard repeats the simulated episodes
 

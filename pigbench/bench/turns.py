@@ -6,10 +6,10 @@ from pathlib import Path
 
 import jax
 
+from pigbench import provenance
 from pigbench.bench.timing import Contender, Timing, alternate
 from pigbench.errors import require
 from pigbench.support.progress import Progress
-from pigbench.training import provenance
 
 
 @dataclasses.dataclass(frozen=True)

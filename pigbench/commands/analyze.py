@@ -15,10 +15,10 @@ from pigbench.data import dataset
 from pigbench.data.sampler import Rows
 from pigbench.errors import require
 from pigbench.report.formats import markdown_grid
+from pigbench.runs.restore import restore
 from pigbench.seeds import Seed
 from pigbench.support import files, memory
 from pigbench.support.lock import only_writer
-from pigbench.training.restore import restore
 
 HEADER = (
     "mode",

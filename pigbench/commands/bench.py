@@ -5,14 +5,13 @@ from pathlib import Path
 
 import tyro
 
-from pigbench import agents, envs
+from pigbench import agents, envs, provenance
 from pigbench.bench import comparison, rows, startup, throwaway, training
 from pigbench.bench.turns import Turns, save, take_turns
 from pigbench.data import dataset, homes
 from pigbench.errors import require
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files, memory
-from pigbench.training import provenance
 
 
 @dataclasses.dataclass(frozen=True)

@@ -11,11 +11,11 @@ from pigbench.errors import UserError
 from pigbench.evaluation import episodes
 from pigbench.evaluation.rollouts import as_episodes, make_evaluator
 from pigbench.evaluation.settings import Evaluation
+from pigbench.runs.restore import Trained, restore
+from pigbench.runs.run import read_run
 from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
-from pigbench.training.restore import Trained, restore
-from pigbench.training.run import read_run
 
 _MOST_NOISE = 1000.0  # mm, more than the table is long
 

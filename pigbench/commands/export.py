@@ -6,9 +6,9 @@ from pathlib import Path
 import tyro
 
 from pigbench import envs
+from pigbench.runs.restore import restore
 from pigbench.sharing import card, policy
 from pigbench.support import files
-from pigbench.training.restore import restore
 
 
 @dataclasses.dataclass(frozen=True)

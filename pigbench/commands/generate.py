@@ -18,10 +18,10 @@ from pigbench.data.writer import Writer
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.errors import UserError, lookup, require
+from pigbench.provenance import package_versions
 from pigbench.seeds import Seed
 from pigbench.support import files, memory, typed
 from pigbench.support.lock import only_writer
-from pigbench.training.provenance import package_versions
 
 _SHARD_OF_HOST, _SHARD_OF_ACCELERATOR = 50, 2048
 """Default numbers of episodes simulated at once: an accelerator needs thousands."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import tyro
 
-from pigbench import envs, seeds
+from pigbench import envs, provenance, seeds
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.errors import UserError
 from pigbench.evaluation.settings import Evaluation
@@ -14,11 +14,10 @@ from pigbench.fidelity import closed_loop, distributions, peer, recording, repla
 from pigbench.fidelity.recording import PeerRecording
 from pigbench.fidelity.tables import FidelityTable
 from pigbench.report.formats import markdown_grid
+from pigbench.runs.restore import restore
 from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.progress import Progress
-from pigbench.training import provenance
-from pigbench.training.restore import restore
 
 _EPISODE_LENGTH = EPISODE_ROWS - 1  # control steps
 

@@ -16,10 +16,10 @@ from pigbench.evaluation import films
 from pigbench.evaluation.films import Shot
 from pigbench.evaluation.recording import make_recorder
 from pigbench.evaluation.settings import Evaluation
+from pigbench.runs.restore import restore
 from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
-from pigbench.training.restore import restore
 
 _LARGEST = 8192  # pixels; many OpenGL drivers draw no more
 

@@ -11,7 +11,7 @@ from pigbench.page import make
 from pigbench.report import order, stats, tables
 from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Result
-from pigbench.training.run import read_run
+from pigbench.runs.run import read_run
 
 Runs = tyro.conf.Positional[tuple[Path, ...]]
 FlatScoring = Annotated[Scoring, tyro.conf.arg(name="")]  # --checkpoint, not --scoring.checkpoint

@@ -15,9 +15,9 @@ from pigbench.analysis.subgoals import Distances, draw, measure
 from pigbench.data import dataset
 from pigbench.errors import UserError, require
 from pigbench.report.formats import markdown_grid
+from pigbench.runs.restore import restore
 from pigbench.seeds import Seed
 from pigbench.support import files, memory
-from pigbench.training.restore import restore
 
 _PERCENTILES = 50, 90
 _CAPTION = (

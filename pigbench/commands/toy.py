@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pigbench import devices
 from pigbench.errors import lookup, require
+from pigbench.provenance import surroundings
 from pigbench.seeds import Seed, check
 from pigbench.support import files
 from pigbench.support.lock import only_writer
@@ -12,7 +13,6 @@ from pigbench.support.progress import Progress
 from pigbench.toy import EXAMPLES, errors
 from pigbench.toy.fit import LOSSES, Settings
 from pigbench.toy.study import study
-from pigbench.training.provenance import surroundings
 
 
 @dataclasses.dataclass(frozen=True)

@@ -20,12 +20,12 @@ from pigbench.data.dataset import Dataset
 from pigbench.data.defaults import HomeChoice
 from pigbench.errors import UserError, lookup
 from pigbench.evaluation.settings import Evaluation
+from pigbench.provenance import provenance
+from pigbench.runs.history import record_resumption
+from pigbench.runs.run import Keep, Run, RunConfig, open_run
 from pigbench.seeds import Seed
 from pigbench.support import files, typed
 from pigbench.support.lock import only_writer
-from pigbench.training.history import record_resumption
-from pigbench.training.provenance import provenance
-from pigbench.training.run import Keep, Run, RunConfig, open_run
 from pigbench.training.schedule import Schedule
 from pigbench.training.sharding import Sharding
 from pigbench.training.together import common_step
@@ -211,7 +211,7 @@ def _given(arguments: Sequence[str], option: str, default: str) -> str:
 def _note_resumed(runs: Sequence[Run], origin: Mapping[str, Any]) -> None:
     """Record and print what runs are resumed with, if it differs from before."""
     step = common_step(runs) or 0
-    for run in runs:
-        change = record_resumption(run, origin, step=step)
+    for run in (one for one in runs if not one.is_trained):
+        change = record_resumption(run.provenance_path, origin, step=step)
         if change is not None:
             print(f"{run.path} is resumed at step {step:,}, but {change}; provenance.json has both")

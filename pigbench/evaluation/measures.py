@@ -16,7 +16,7 @@ from pigbench.errors import UserError
 from pigbench.names import check
 
 if TYPE_CHECKING:
-    from pigbench.evaluation.milestones import Moment
+    from pigbench.evaluation.moment import Moment
 
 Value = bool | int | float
 

@@ -8,10 +8,10 @@ from pigbench.errors import UserError
 from pigbench.evaluation import episodes
 from pigbench.evaluation.episodes import Episode
 from pigbench.report.stats import Result, success_rate
+from pigbench.runs.run import Run, read_run
 from pigbench.suite import spec
 from pigbench.suite.status import CUT_OFF, DONE, RUNNING, status
 from pigbench.support.lock import is_held
-from pigbench.training.run import Run, read_run
 
 
 class Saved(NamedTuple):

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 from pigbench.page.entries import is_suite
 from pigbench.report.order import ordered
 from pigbench.report.stats import Cell
+from pigbench.runs.run import Run, read_run
 from pigbench.suite import jobs, spec
 from pigbench.suite.jobs import Job
 from pigbench.support import files, typed
 from pigbench.support.compare import flatten, split
 from pigbench.support.grouping import grouped
-from pigbench.training.run import Run, read_run
 
 _NAMED = 3  # runs named, if more have the same provenance
 _COMMAND = "command"

@@ -4,8 +4,8 @@ from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
 
 from pigbench.report.stats import Cell, Result
+from pigbench.runs.run import RunConfig
 from pigbench.support.grouping import grouped
-from pigbench.training.run import RunConfig
 
 _DIGITS = 12  # of a digest
 

@@ -19,9 +19,9 @@ from pigbench.evaluation import episodes
 from pigbench.evaluation.episodes import Episode
 from pigbench.evaluation.measures import MEASURES, Measure
 from pigbench.report.bootstrap import Interval
+from pigbench.runs.run import Run
 from pigbench.support.compare import first_difference
 from pigbench.support.grouping import grouped
-from pigbench.training.run import Run
 
 EPISODES = "episodes per task"  # a name of `evaluation`
 

@@ -21,12 +21,12 @@ from pigbench import xla
 from pigbench.agents import Agent, Params
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
+from pigbench.provenance import package_versions
+from pigbench.runs.restore import Trained
 from pigbench.settings import jax_defaults
 from pigbench.sharing import card
 from pigbench.support import files, lock
 from pigbench.support.extras import required
-from pigbench.training.provenance import package_versions
-from pigbench.training.restore import Trained
 
 States = Float[Array, "batch observation"]
 Actions = Float[Array, "batch action"]

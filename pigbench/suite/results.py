@@ -4,10 +4,10 @@ import itertools
 from pathlib import Path
 
 from pigbench.report import order, stats, tables
+from pigbench.runs.run import read_run
 from pigbench.suite.spec import Suite
 from pigbench.suite.status import DONE, status
 from pigbench.support import files
-from pigbench.training.run import read_run
 
 _FORMATS = {"markdown": "md", "latex": "tex", "csv": "csv"}
 

@@ -13,10 +13,10 @@ import pydantic
 from pigbench import names
 from pigbench.data.defaults import EPISODE_ROWS, HomeChoice
 from pigbench.errors import UserError
+from pigbench.runs.run import Keep
 from pigbench.seeds import Seed
 from pigbench.support import files, schema
 from pigbench.support.compare import flatten
-from pigbench.training.run import Keep
 
 KEPT = "suite.json"
 """The file in a suite's folder in which `write` keeps it."""

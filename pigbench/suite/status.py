@@ -9,12 +9,12 @@ from pigbench.data import manifest
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
 from pigbench.report.stats import success_rate
+from pigbench.runs.metrics import FILE_NAME as METRICS_FILE
+from pigbench.runs.run import CHECKPOINTS, EPISODES_FILE, read_run
 from pigbench.suite import runner
 from pigbench.suite.logs import last_lines, log_path
 from pigbench.suite.spec import Suite, SuiteCell
 from pigbench.support.lock import is_held
-from pigbench.training.metrics import FILE_NAME as METRICS_FILE
-from pigbench.training.run import CHECKPOINTS, EPISODES_FILE, read_run
 
 DONE, RUNNING, FAILED, CUT_OFF, WAITING = "done", "running", "failed", "cut off", "waiting"
 

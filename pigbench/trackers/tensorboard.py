@@ -6,10 +6,10 @@ The library is imported when it is used: this is the default, whose name every `
 from collections.abc import Mapping
 from pathlib import Path
 
+from pigbench.runs.run import Run
 from pigbench.support import files, pictures
 from pigbench.trackers.registry import register
 from pigbench.trackers.tracker import Tracker
-from pigbench.training.run import Run
 
 FOLDER = "tensorboard"
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from pigbench.evaluation.episodes import Episode
+from pigbench.runs.run import Run
 from pigbench.support.grouping import grouped
-from pigbench.training.run import Run
 
 FILM = "evaluation/film"
 

@@ -5,10 +5,10 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
+from pigbench.runs.run import Run
 from pigbench.support.extras import required
 from pigbench.trackers.registry import register
 from pigbench.trackers.tracker import Tracker
-from pigbench.training.run import Run
 
 (trackio,) = required("trackio", extra="trackio")
 

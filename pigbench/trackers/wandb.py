@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pigbench.errors import UserError
+from pigbench.runs.run import Run
 from pigbench.support import files
 from pigbench.support.extras import required
 from pigbench.trackers.registry import register
 from pigbench.trackers.tracker import Tracker
-from pigbench.training.run import Run
 
 (wandb,) = required("wandb", extra="wandb")
 

@@ -1,1 +1,1 @@
-"""Runs: training, and the files that it leaves in a folder."""
+"""Training: updates of a method, evaluations on the way, and what they write to a run."""

@@ -8,11 +8,11 @@ from pathlib import Path
 from pigbench.agents import TrainState
 from pigbench.evaluation import episodes
 from pigbench.evaluation.episodes import Episode
+from pigbench.runs.checkpoints import Checkpoints
+from pigbench.runs.metrics import MetricsLog
+from pigbench.runs.run import Run
 from pigbench.trackers import Tracker, evaluated
 from pigbench.trackers.tracker import FILM
-from pigbench.training.checkpoints import Checkpoints
-from pigbench.training.metrics import MetricsLog
-from pigbench.training.run import Run
 from pigbench.training.updates import MeanMetrics
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from pigbench.errors import UserError
-from pigbench.training.run import Run
+from pigbench.runs.run import Run
 
 
 def common_step(runs: Sequence[Run]) -> int | None:

@@ -17,12 +17,12 @@ from pigbench.data.sampler import Rows
 from pigbench.evaluation import episodes
 from pigbench.evaluation.films import keep_films
 from pigbench.evaluation.settings import Evaluation
+from pigbench.runs.checkpoints import Checkpoints, Kept, last_two
+from pigbench.runs.run import Keep, Run
 from pigbench.support.progress import Progress
 from pigbench.trackers import Tracker
 from pigbench.training import batches
-from pigbench.training.checkpoints import Checkpoints, Kept, last_two
 from pigbench.training.ledger import Ledger
-from pigbench.training.run import Keep, Run
 from pigbench.training.run_evaluator import RunEvaluator
 from pigbench.training.schedule import Schedule
 from pigbench.training.sharding import Sharding

@@ -24,10 +24,10 @@ from pigbench.data.sampler import Rows
 from pigbench.data.writer import Writer
 from pigbench.evaluation import episodes
 from pigbench.evaluation.episodes import Episode
-from pigbench.training.checkpoints import Checkpoints
-from pigbench.training.metrics import MetricsLog
-from pigbench.training.provenance import package_versions, provenance
-from pigbench.training.run import open_run
+from pigbench.provenance import package_versions, provenance
+from pigbench.runs.checkpoints import Checkpoints
+from pigbench.runs.metrics import MetricsLog
+from pigbench.runs.run import open_run
 
 TRAIN = (
     "train gcbc --preset cpu --agent.batch-size 8 --agent.actor-hidden-sizes 8 "

@@ -19,11 +19,11 @@ from pigbench.agents import TrainState
 from pigbench.data import dataset, manifest
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
+from pigbench.runs import run
+from pigbench.runs.checkpoints import Checkpoints
+from pigbench.runs.restore import restore
+from pigbench.runs.statistics import read_statistics
 from pigbench.suite import spec
-from pigbench.training import run
-from pigbench.training.checkpoints import Checkpoints
-from pigbench.training.restore import restore
-from pigbench.training.statistics import read_statistics
 
 SUITE = """
 methods = ["gcbc", "h-flow-gcivl"]
@@ -65,7 +65,7 @@ def trained(folder: Path) -> Any:
 
 
 def statistics(folder: Path) -> Any:
-    return [values.tolist() for values in read_statistics(run.read_run(folder / "RUN")) or ()]
+    return [values.tolist() for values in read_statistics(folder / "RUN/statistics.json") or ()]
 
 
 def below(name: str) -> Callable[[Path], Iterator[Path]]:

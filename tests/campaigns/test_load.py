@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pigbench.evaluation.rollouts import make_evaluator
 from pigbench.evaluation.settings import Evaluation
-from pigbench.training.restore import restore
+from pigbench.runs.restore import restore
 
 PATIENCE_SECONDS = 600
 MOST_GROWTH = 0.02

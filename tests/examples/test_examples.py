@@ -12,7 +12,7 @@ import pytest
 from pigbench import cli, envs, seeds
 from pigbench.data import dataset
 from pigbench.evaluation import episodes
-from pigbench.training.restore import restore
+from pigbench.runs.restore import restore
 
 FEW = ["--episodes", "1", "--steps", "2", "--evaluation-episodes", "1"]
 TRAIN = "--preset cpu --agent.batch-size 8 --agent.actor-hidden-sizes 8 --steps 1"

@@ -21,8 +21,8 @@ from pigbench.evaluation import episodes
 from pigbench.evaluation.episodes import Episode
 from pigbench.evaluation.measures import Value
 from pigbench.layout import Layout
-from pigbench.training import run as runs
-from pigbench.training.run import Run, RunConfig
+from pigbench.runs import run as runs
+from pigbench.runs.run import Run, RunConfig
 
 # Four shards: train-00000 and -00001 of 2 episodes of 4 rows, train-00002 and val-00000 of 1.
 SPEC = Spec(

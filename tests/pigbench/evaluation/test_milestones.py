@@ -15,7 +15,8 @@ from pigbench.envs.environment import CubeEnv
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes, measures, milestones
 from pigbench.evaluation.measures import MEASURES, Fold
-from pigbench.evaluation.milestones import FOLDINGS, Moment
+from pigbench.evaluation.milestones import FOLDINGS
+from pigbench.evaluation.moment import Moment
 from pigbench.evaluation.rollouts import make_evaluator
 from pigbench.evaluation.settings import Evaluation
 from pigbench.report import stats, tables

@@ -10,7 +10,7 @@ from pigbench.page.looks import look
 from pigbench.report import stats
 from pigbench.report.bootstrap import Interval
 from pigbench.report.stats import Estimate
-from pigbench.training.run import read_run
+from pigbench.runs.run import read_run
 
 
 def models(value: Any) -> Iterator[dict[str, Any]]:

@@ -1,6 +1,6 @@
 from pigbench.page import films
 from pigbench.report import stats
-from pigbench.training.run import read_run
+from pigbench.runs.run import read_run
 
 
 def test_the_latest_success_and_failure_of_each_task(runs):

@@ -3,7 +3,7 @@ import shlex
 
 from pigbench import cli
 from pigbench.page import records
-from pigbench.training.run import read_run
+from pigbench.runs.run import read_run
 
 
 def tell(folder, provenance):

@@ -10,7 +10,7 @@ from pigbench.evaluation import episodes
 from pigbench.evaluation.episodes import Episode
 from pigbench.report import stats
 from pigbench.report.stats import Estimate
-from pigbench.training import run as runs
+from pigbench.runs import run as runs
 
 
 def test_estimate_agrees_with_scipy():

@@ -14,9 +14,9 @@ import pytest
 from pigbench import cli, xla
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
+from pigbench.runs.restore import restore
 from pigbench.sharing import policy
 from pigbench.support import files
-from pigbench.training.restore import restore
 
 safetensors = pytest.importorskip("safetensors.numpy")
 pytest.importorskip("flatbuffers")

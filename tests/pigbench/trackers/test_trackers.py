@@ -13,10 +13,10 @@ from tensorboardX.proto.event_pb2 import Event
 from pigbench import cli, trackers
 from pigbench.errors import UserError
 from pigbench.evaluation.episodes import Episode
+from pigbench.runs import run as runs
 from pigbench.support import pictures
 from pigbench.trackers import Tracker
 from pigbench.trackers.tensorboard import TensorBoard
-from pigbench.training import run as runs
 
 PLUGIN = """
 from pigbench import trackers

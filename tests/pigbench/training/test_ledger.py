@@ -11,9 +11,9 @@ from pigbench.evaluation import episodes
 from pigbench.evaluation.settings import Evaluation
 from pigbench.page.films import choose
 from pigbench.report.stats import Result
+from pigbench.runs import metrics
+from pigbench.runs import run as runs
 from pigbench.trackers import Tracker
-from pigbench.training import metrics
-from pigbench.training import run as runs
 from pigbench.training.schedule import Schedule
 from pigbench.training.train import train
 

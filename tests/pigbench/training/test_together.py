@@ -3,7 +3,7 @@ import dataclasses
 import pytest
 
 from pigbench.errors import UserError
-from pigbench.training import run as runs
+from pigbench.runs import run as runs
 from pigbench.training.together import common_step
 
 

@@ -21,9 +21,9 @@ from pigbench.data.sampler import Rows
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
 from pigbench.layout import Layout, Space
+from pigbench.runs.restore import Trained, restore
+from pigbench.runs.run import read_run
 from pigbench.training.batches import Drawn
-from pigbench.training.restore import Trained, restore
-from pigbench.training.run import read_run
 from pigbench.training.schedule import Schedule
 from pigbench.training.updates import make_updates
 

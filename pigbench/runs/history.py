@@ -2,34 +2,31 @@
 
 import operator
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from pigbench.support import files
 from pigbench.support.compare import first_difference
-
-if TYPE_CHECKING:
-    from pigbench.training.run import Run
 
 _RELEVANT = "versions", "commit", "machine", "numerics"
 """The parts of the provenance that results may depend on."""
 
 
-def record_extension(longer: "Run", provenance: Mapping[str, Any], *, from_steps: int) -> None:
-    """Record what a run of `from_steps` is extended with, under its new number of steps."""
-    kept = files.read_json(longer.provenance_path)
+def record_extension(
+    path: Path, provenance: Mapping[str, Any], *, from_steps: int, steps: int
+) -> None:
+    """Record what a run is extended with, from `from_steps` to `steps`, in its file at `path`."""
+    kept = files.read_json(path)
     extension = {"from_steps": from_steps, **provenance}
-    extended = kept.get("extended", {}) | {str(longer.config.steps): extension}
-    files.write_json(longer.provenance_path, kept | {"extended": extended})
+    extended = kept.get("extended", {}) | {str(steps): extension}
+    files.write_json(path, kept | {"extended": extended})
 
 
-def record_resumption(run: "Run", provenance: Mapping[str, Any], *, step: int) -> str | None:
+def record_resumption(path: Path, provenance: Mapping[str, Any], *, step: int) -> str | None:
     """Record what a run is resumed with after `step` updates, if it differs from before.
 
-    Returns the first difference, in words; None if there is none, or if the run is finished.
+    Returns the first difference, in words; None if there is none.
     """
-    if run.is_trained:
-        return None
-    path = run.provenance_path
     kept = files.read_json(path) if path.exists() else {}
     difference = first_difference(_relevant(_latest(kept)), _relevant(provenance))
     if difference is None:

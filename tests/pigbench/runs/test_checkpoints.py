@@ -13,8 +13,8 @@ import pytest
 
 from pigbench.agents import TrainState
 from pigbench.errors import UserError
+from pigbench.runs.checkpoints import Checkpoints
 from pigbench.support import files
-from pigbench.training.checkpoints import Checkpoints
 
 Usage = namedtuple("Usage", "total used free")
 LARGE = 1_000_000

@@ -1,7 +1,7 @@
 import json
 
-from pigbench.training import metrics
-from pigbench.training.metrics import MetricsLog
+from pigbench.runs import metrics
+from pigbench.runs.metrics import MetricsLog
 
 
 def test_lines_are_on_the_disk_at_once(tmp_path):

@@ -3,15 +3,15 @@ import pytest
 
 from pigbench.agents import Statistics
 from pigbench.errors import UserError
-from pigbench.training import run as runs
-from pigbench.training.statistics import read_statistics
+from pigbench.runs import run as runs
+from pigbench.runs.statistics import read_statistics
 
 STATISTICS = Statistics(np.array([0.1, -2.5], np.float32), np.array([1 / 3, 0.02], np.float32))
 
 
 def test_statistics_are_kept_to_the_bit(tmp_path, config):
     run = runs.open_run(tmp_path, config, {}, STATISTICS)
-    kept = read_statistics(run)
+    kept = read_statistics(run.statistics_path)
     for ours, theirs in zip(kept, STATISTICS, strict=True):
         assert ours.dtype == np.float32
         np.testing.assert_array_equal(ours, theirs)
@@ -22,10 +22,10 @@ def test_torn_statistics_are_named(tmp_path, config, content):
     run = runs.open_run(tmp_path, config, {}, STATISTICS)
     run.statistics_path.write_text(content)
     with pytest.raises(UserError, match=r"statistics\.json is torn"):
-        read_statistics(run)
+        read_statistics(run.statistics_path)
 
 
 def test_a_run_of_before_statistics_has_none(tmp_path, config):
     run = runs.open_run(tmp_path, config, {}, STATISTICS)
     run.statistics_path.unlink()
-    assert read_statistics(run) is None
+    assert read_statistics(run.statistics_path) is None

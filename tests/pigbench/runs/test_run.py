@@ -5,7 +5,7 @@ import pytest
 
 from pigbench.agents import Statistics
 from pigbench.errors import UserError
-from pigbench.training import run as runs
+from pigbench.runs import run as runs
 
 STATISTICS = Statistics.standard(1)
 

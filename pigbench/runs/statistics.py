@@ -1,5 +1,6 @@
 """The statistics of the data from which a run learns, as kept in its folder."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,20 +9,18 @@ from pigbench.support import files
 
 if TYPE_CHECKING:  # tables read runs without agents and JAX
     from pigbench.agents import Statistics
-    from pigbench.training.run import Run
 
 
-def write_statistics(run: "Run", statistics: "Statistics") -> None:
+def write_statistics(path: Path, statistics: "Statistics") -> None:
     """Write them, with a checksum."""
     content = {name: values.tolist() for name, values in statistics._asdict().items()}
-    files.write_json(run.statistics_path, files.sealed(content))
+    files.write_json(path, files.sealed(content))
 
 
-def read_statistics(run: "Run") -> "Statistics | None":
-    """The statistics of the data from which the run learns; None for old runs without any."""
+def read_statistics(path: Path) -> "Statistics | None":
+    """Read them; None for old runs without any."""
     from pigbench.agents import Statistics
 
-    path = run.statistics_path
     if not path.exists():
         return None
     content = files.read_json(path)

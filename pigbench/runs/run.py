@@ -3,7 +3,7 @@
 config.json       the configuration, which identifies the run
 provenance.json   versions, commit, machine and data set, also when resumed with others or extended
 statistics.json   mean and deviation of the data's observations, needed to standardise
-metrics.jsonl     training metrics (`pigbench.training.metrics`), for trackers' files too
+metrics.jsonl     training metrics (`pigbench.runs.metrics`), for trackers' files too
 films/STEP/       films of an evaluation, if requested
 episodes.csv      every evaluation episode (`pigbench.evaluation.episodes`)
 noise/            the same at other noise levels of the cubes' estimates: 5.csv is for 5 mm
@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pigbench.agents import stored
 from pigbench.errors import UserError
+from pigbench.runs import history
+from pigbench.runs.statistics import write_statistics
 from pigbench.support import files, schema
 from pigbench.support.compare import require_same
-from pigbench.training import history
-from pigbench.training.statistics import write_statistics
 
 if TYPE_CHECKING:  # tables read runs without agents and JAX
     from pigbench.agents import Statistics
@@ -158,14 +158,16 @@ def open_run(
         longer = Run(path, dataclasses.replace(run.config, steps=steps))
         require_same(str(path), dataclasses.asdict(longer.config), dataclasses.asdict(config))
         if longer != run:
-            history.record_extension(longer, provenance, from_steps=run.config.steps)
+            history.record_extension(
+                run.provenance_path, provenance, from_steps=run.config.steps, steps=steps
+            )
             _write_config(longer)
         return longer
     _require_own(path)
     files.make_folder(path)
     run = Run(path, config)
     files.write_json(run.provenance_path, provenance)
-    write_statistics(run, statistics)
+    write_statistics(run.statistics_path, statistics)
     _write_config(run)  # last, because it makes the folder a run
     return run
 

@@ -61,7 +61,7 @@ def save(path: Path | None, **content: Any) -> None:
 
 def _commit() -> str | None:
     """The git commit of this code, with `-dirty` if files differ from it; None outside git."""
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[1]
     if not (root / ".git").exists():
         return None
     command = [

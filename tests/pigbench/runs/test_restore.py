@@ -6,8 +6,8 @@ import pytest
 from pigbench import agents
 from pigbench.agents import Statistics
 from pigbench.errors import UserError
-from pigbench.training import run as runs
-from pigbench.training.restore import agent_config
+from pigbench.runs import run as runs
+from pigbench.runs.restore import agent_config
 
 STATISTICS = Statistics.standard(1)
 

@@ -11,9 +11,9 @@ from pigbench import agents, envs
 from pigbench.agents import Agent, AgentConfig, TrainState, stored
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
+from pigbench.runs.run import CONFIG_FILE, Run, read_run
+from pigbench.runs.statistics import read_statistics
 from pigbench.support import schema
-from pigbench.training.run import CONFIG_FILE, Run, read_run
-from pigbench.training.statistics import read_statistics
 
 _LONGEST_STEP = 18  # digits
 
@@ -37,10 +37,9 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
     env = envs.make(
         run.config.environment, engine=engine or run.config.engine, profile=run.config.physics
     )
-    agent = agents.build(
-        run.config.method, agent_config(run), env.space, statistics=read_statistics(run)
-    )
-    from pigbench.training.checkpoints import Checkpoints  # imports Orbax, which takes long
+    statistics = read_statistics(run.statistics_path)
+    agent = agents.build(run.config.method, agent_config(run), env.space, statistics=statistics)
+    from pigbench.runs.checkpoints import Checkpoints  # imports Orbax, which takes long
 
     with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
         step = _step(run, sorted(checkpoints.steps()), checkpoint)

@@ -2,8 +2,8 @@ import dataclasses
 import json
 
 from pigbench.agents import Statistics
-from pigbench.training import run as runs
-from pigbench.training.history import record_resumption
+from pigbench.runs import run as runs
+from pigbench.runs.history import record_resumption
 
 STATISTICS = Statistics.standard(1)
 
@@ -13,7 +13,7 @@ def test_what_a_run_goes_on_with_is_kept_where_it_is_something_else(tmp_path, co
         return {"versions": {"jax": jax, "mujoco": "3"}, "commit": commit, "command": command}
 
     def resume(step, origin):
-        return record_resumption(runs.read_run(tmp_path), origin, step=step)
+        return record_resumption(tmp_path / "provenance.json", origin, step=step)
 
     def kept():
         return json.loads((tmp_path / "provenance.json").read_text())

@@ -7,8 +7,8 @@ import jax
 import mujoco
 
 from pigbench import settings
+from pigbench.provenance import package_versions, provenance
 from pigbench.support import files
-from pigbench.training.provenance import package_versions, provenance
 
 
 def test_versions_are_the_installed_ones():
@@ -26,7 +26,7 @@ def test_provenance_is_json_and_names_the_commit_and_the_command(tmp_path, monke
     assert json.loads((tmp_path / "provenance.json").read_text()) == found
     assert found["numerics"] == settings.in_force()
     assert found["command"] == "pigbench train gcivl --out 'a folder'"
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[2]
     assert (root / "pyproject.toml").exists()
     if (root / ".git").exists():
         command = ["git", "-C", str(root), "rev-parse", "HEAD"]

@@ -1,0 +1,1 @@
+"""Runs: the files that training leaves in a folder, and what can be restored from them."""
