@@ -12,7 +12,7 @@ ACTOR_GOALS = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=False)
 
 @dataclass(frozen=True)
 class AgentConfig:
-    """Hyperparameters that all methods share; the defaults are those of the paper's table.
+    """Hyperparameters that all methods share; the defaults are the paper's where it names them.
 
     Raises `UserError` if a value is out of range.
     """

@@ -28,7 +28,7 @@ from pigbench.shapes import Array
 
 @dataclass(frozen=True)
 class GCIVLConfig(AgentConfig):
-    """Hyperparameters of GCIVL; the defaults are the paper's."""
+    """Hyperparameters of GCIVL; the defaults are the paper's where it names them."""
 
     expectile: float = 0.9  # iota, of the value loss
     temperature: float = 10.0  # alpha: actions have weight exp(alpha * advantage), at most 100

@@ -33,8 +33,10 @@ def load_file(path: Path) -> None:
 
     Raises UserError if it does not exist or does not run.
     """
+    if not path.exists():
+        raise UserError(f"plugin {path} does not exist: name a Python file, with its folder")
     if not path.is_file() or path.suffix != ".py":
-        raise UserError(f"plugin {path} is not a Python file: name an existing one, NAME.py")
+        raise UserError(f"plugin {path} is not a Python file, NAME.py")
     name = f"{ENTRY_POINTS}:{path.resolve()}"
     if name in sys.modules:
         return

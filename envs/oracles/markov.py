@@ -18,7 +18,8 @@ POSITION_GAIN = 5.0  # action per metre
 YAW_GAIN = 3.0  # action per radian
 MIN_DISTANCE = 0.4  # metres: nearer destinations are treated as if they were this far away
 
-REACHED = 0.02  # metres within which a cube, or its target, is reached
+PLACED = 0.02  # metres within which a cube is at its target
+REACHED = 0.02  # metres within which the effector is at a cube
 OVER = 0.04  # metres in x and y within which one thing is over another
 HOME = 0.04  # metres within which the arm is at its final pose
 CARRYING_HEIGHT = 0.16  # metres above which cubes are carried
@@ -75,14 +76,14 @@ def action(situation: OracleInputs, target: Target, final: Pose) -> Float[Array,
 
 def done(situation: OracleInputs, target: Target, final: Pose) -> Bool[Array, ""]:
     """Whether the cube is at its target and the arm is at its final pose."""
-    return _near(situation.cube_pos, target.pos, REACHED) & _near(
+    return _near(situation.cube_pos, target.pos, PLACED) & _near(
         situation.effector_pos, final.pos, HOME
     )
 
 
 def _phases(situation: OracleInputs, target: Target, final: Pose) -> tuple[Phase, ...]:
     hand, cube, goal = situation.effector_pos, situation.cube_pos, target.pos
-    placed = _near(cube, goal, REACHED)
+    placed = _near(cube, goal, PLACED)
     over_cube = _near(hand[:2], cube[:2], OVER)
     at_cube = _near(hand, cube, REACHED)
     cube_over_goal = _near(cube[:2], goal[:2], OVER)

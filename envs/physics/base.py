@@ -118,10 +118,14 @@ class Physics(abc.ABC):
 
     @abc.abstractmethod
     def _forward(self, state: PhysicsState) -> PhysicsState:
-        """Compute the fields that follow from qpos and qvel."""
+        """Compute warmstart, pinch pose, pad force and overflow from qpos and qvel."""
 
     @abc.abstractmethod
     def _advance(
         self, state: PhysicsState, ctrl: Float[Array, "nu"], active: Bool[Array, ""]
     ) -> PhysicsState:
-        """Take SUBSTEPS substeps; the results of simulations that are not active are discarded."""
+        """Take SUBSTEPS substeps: every field but `diverged` and `factors` is new.
+
+        The engine's model is that of the scene, with its parameters times `factors` if there are
+        any. The results of simulations that are not active are discarded.
+        """

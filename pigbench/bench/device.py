@@ -26,7 +26,7 @@ PACKAGES = ("jaxlib", "mujoco-mjx", "warp-lang", "flax", "optax", "brax")
 _PROFILES = {"mjx-jax": "fast"}
 # Estimated seconds per row before one of its kind has been measured; mostly compilation.
 _SECONDS = {"mjx-warp": 30.0, "mujoco": 15.0, "mjx-jax": 180.0}
-_TRAINING_SECONDS = 30.0
+_OTHER_SECONDS = 30.0  # of trainings, and of other engines
 _ON_CPU = (1, 16)  # simulations at once for the engines that are slow there
 _DEFAULT, _OTHERS = "default", ("highest", "BF16_BF16_F32", "high")
 
@@ -188,7 +188,7 @@ def _row(kind: str, size: int, labels: Mapping[str, str], measure: Callable[[], 
         size=size,
         labels={"what": kind.split()[0], **labels, "size": size},
         measure=lambda: _with_memory(measure),
-        seconds=_SECONDS[engine] if engine else _TRAINING_SECONDS,
+        seconds=_SECONDS.get(engine or "", _OTHER_SECONDS),
     )
 
 

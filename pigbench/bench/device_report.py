@@ -122,7 +122,7 @@ def draw(entries: Sequence[MeasuredRow], path: Path) -> None:
                 [point["size"] for point in points],
                 [point[RATE] for point in points],
                 marker="o",
-                color=_COLORS[engine],
+                color=_COLORS.get(engine, styles.GREEN),
                 linestyle=lines.get(environment, "-"),
             )
         canvas.log_axis(panel, "x")

@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float, Int, Key, Shaped
 from pigbench import envs, seeds
 from pigbench.agents import Agent, Params
 from pigbench.envs.physics import warn_of_overflow
-from pigbench.evaluation import milestones
+from pigbench.evaluation import folding
 from pigbench.evaluation.episodes import Episode
 from pigbench.evaluation.measures import MEASURES, Value
 from pigbench.evaluation.settings import Evaluation
@@ -57,8 +57,8 @@ def begin(env: "envs.CubeEnv", evaluation: Evaluation) -> Rollout:
     return Rollout(
         states,
         act_keys,
-        start=jax.vmap(partial(milestones.cubes, env))(states),
-        values={name: jnp.full(len(tasks), value) for name, value in milestones.begin().items()},
+        start=jax.vmap(partial(folding.cubes, env))(states),
+        values={name: jnp.full(len(tasks), value) for name, value in folding.begin().items()},
         time=jnp.zeros((), jnp.int32),
     )
 
@@ -79,8 +79,8 @@ def step(env: "envs.CubeEnv", agent: Agent, params: Params, rollout: Rollout) ->
     observations: Float[Array, "episode observation"] = states.obs  # pyright: ignore[reportAssignmentType]
     actions = act(observations, states.info["goal"], rollout.act_keys, rollout.time)
     after = jax.vmap(env.step)(states, actions)
-    moments = jax.vmap(partial(milestones.moment, env))(after, rollout.start)
-    values = jax.vmap(milestones.advance)(rollout.values, moments, states.done == 0)
+    moments = jax.vmap(partial(folding.moment, env))(after, rollout.start)
+    values = jax.vmap(folding.advance)(rollout.values, moments, states.done == 0)
     return rollout._replace(states=after, values=values, time=rollout.time + 1)
 
 

@@ -8,14 +8,14 @@ import numpy as np
 from jaxtyping import Float
 
 from pigbench.errors import UserError
-from pigbench.report import bootstrap, measures
+from pigbench.report import aggregates, bootstrap
 from pigbench.report.bootstrap import Statistic, Strata
 from pigbench.report.scoring import Cells, Scoring, stratum
 from pigbench.report.stats import Cell, Estimate
 
 AGGREGATES: Mapping[str, Statistic] = {
-    "IQM": measures.interquartile_mean,
-    "mean": measures.mean,
+    "IQM": aggregates.interquartile_mean,
+    "mean": aggregates.mean,
 }
 
 
@@ -95,7 +95,7 @@ def improvements(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estima
 
     def measure(both: Strata) -> Float[np.ndarray | np.floating, "*batch"]:
         half = len(pooled.environments)
-        return 100 * measures.probability_of_improvement(both[:half], both[half:])
+        return 100 * aggregates.probability_of_improvement(both[:half], both[half:])
 
     return {
         (first, second): _estimate(
@@ -111,7 +111,7 @@ def profiles(
     """The performance profile of each method over `thresholds`, in percent."""
 
     def measure(strata: Strata) -> Float[np.ndarray, "*batch threshold"]:
-        return 100 * measures.profile(strata, thresholds)
+        return 100 * aggregates.profile(strata, thresholds)
 
     return {
         method: Profile(

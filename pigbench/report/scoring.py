@@ -14,7 +14,7 @@ from jaxtyping import Float
 from pigbench.errors import UserError, lookup, require
 from pigbench.evaluation.episodes import Episode
 from pigbench.evaluation.measures import MEASURES
-from pigbench.report import bootstrap, measures, stats
+from pigbench.report import aggregates, bootstrap, stats
 from pigbench.report.conditions import unequal
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.seeds import Seed
@@ -230,7 +230,7 @@ def _steps(results: Sequence[Result], scoring: Scoring) -> Sequence[int]:
 
 
 def _estimate(rates: Float[np.ndarray, "run"], scoring: Scoring) -> Estimate:
-    bounds = bootstrap.interval([rates[:, None]], measures.mean, seed=scoring.bootstrap_seed)
+    bounds = bootstrap.interval([rates[:, None]], aggregates.mean, seed=scoring.bootstrap_seed)
     return stats.estimate(rates)._replace(interval=bounds)
 
 

@@ -1,4 +1,4 @@
-"""The paper's small regression studies: the effect of a regulariser on a known cost-to-go."""
+"""Small regression studies, one of them the paper's: a regulariser's effect on a known cost-to-go."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""When training logs, evaluates and ends."""
+"""When training logs, evaluates, saves a checkpoint, and ends."""
 
 from dataclasses import dataclass
 
@@ -22,5 +22,5 @@ class Schedule:
         return min(*ends, self.steps)
 
     def evaluates(self, step: int) -> bool:
-        """Whether there is an evaluation after that step."""
+        """Whether there is an evaluation after that step, and with it a checkpoint."""
         return step % self.evaluate_every == 0 or step == self.steps

@@ -30,10 +30,11 @@ PICTURE = "--size.width 64 --size.height 48"
 
 SMALL = {
     "generate": "--episodes 4 --validation-episodes 1 --episodes-per-shard 4",
-    "generate cube-double": "--episode-length 9",
+    "generate cube-single": "--episode-length 9",
     "generate cube-corners": "--episode-length 9",
     "train": f"--steps 2 --evaluate-every 2 --evaluation.episodes 1 {NETWORKS}",
     "train gcivl": "--agent.value-hidden-sizes 8",
+    "train lipschitz-gcivl": "--agent.value-hidden-sizes 8",
     "train hjb-gcivl": "--agent.value-hidden-sizes 8",
     "evaluate": "--episodes 1 --replace",
     "evaluate runs/robot-0": "--noise 5",
@@ -91,14 +92,14 @@ def small(command: str) -> list[str]:
 def folder(drawing, short_episodes, tmp_path, monkeypatch) -> Iterator[Path]:
     """Where a reader would be, with the files that the pages say they have."""
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    shutil.copy(ROOT / "examples" / "huber_bc.py", tmp_path)
     (suite,) = blocks(ROOT / "docs" / "suites.md", "toml")
     for shown, small in SMALL_SUITE.items():
         assert shown in suite
         suite = suite.replace(shown, small)
     (tmp_path / "small.toml").write_text(suite)
     monkeypatch.chdir(tmp_path)
-    others = {name: agents.get(name) for name in agents.names() if name != "huber-bc"}
+    own = {"huber-bc", "lipschitz-gcivl"}
+    others = {name: agents.get(name) for name in agents.names() if name not in own}
     monkeypatch.setattr(registry, "_METHODS", others)
     for module in _plugins():  # of other tests, which a suite would load too
         monkeypatch.delitem(sys.modules, module)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pigbench import cli, envs, seeds
+from pigbench.agents.residuals import Transitions
 from pigbench.data import dataset
 from pigbench.evaluation import episodes
 from pigbench.runs.restore import restore
@@ -76,6 +77,21 @@ def test_logs_come_back_as_they_were_played(run, short, tmp_path):
             atol=tolerance,
         )
     assert re.search(r"^\| cube-centre gcbc +\| ", (tmp_path / "table.md").read_text(), re.M)
+
+
+def test_a_regulariser_of_a_file_is_trained_with_and_read_back(compared, examples, tmp_path):
+    plugin = ["--plugin", str(examples / "lipschitz_gcivl.py")]
+    folder, small = tmp_path / "run", f"{TRAIN} {EVALUATE} --agent.value-hidden-sizes 8"
+    method = ["lipschitz-gcivl", "--data", str(compared / "data"), "--agent.regularizer.bound", "2"]
+    cli.run(["train", *method, "--out", str(folder), *small.split(), *plugin])
+    regularizer = restore(folder).agent.penalty
+    assert (regularizer.kind, regularizer.bound) == ("lipschitz", 2.0)
+    slopes = jnp.array([[3.0, 4.0], [0.0, 1.0]])  # of norms 5 and 1
+    transitions = Transitions(
+        jnp.zeros((2, 2)), jnp.zeros((2, 2)), restore(folder).agent.coordinates
+    )
+    _, residuals = regularizer.residuals(lambda x: (slopes * x).sum(axis=-1), transitions)
+    np.testing.assert_allclose(residuals, [(5 - 2) ** 2, 0], rtol=1e-6)
 
 
 def test_an_environment_of_a_file_is_generated_and_learned(examples, tmp_path, monkeypatch):

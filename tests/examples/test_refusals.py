@@ -17,7 +17,7 @@ REFUSED = [
     ("brax_ppo", "--seed -1", "seed is -1: it must be from 0 to 4294967295"),
     ("compare_methods", "--methods gcbc gcivel", "unknown method 'gcivel': did you mean"),
     ("compare_methods", "--methods", "--methods needs at least one value"),
-    ("compare_methods", "--plugin none.py", "plugin none.py is not a Python file"),
+    ("compare_methods", "--plugin none.py", "plugin none.py does not exist"),
     ("compare_methods", "--data /dev/null", "/dev/null is not a folder"),
     ("compare_methods", "--episodes -3", "episodes is -3: it must be at least 1"),
     ("compare_methods", "--steps 0", "steps is 0: it must be at least 1"),

@@ -106,7 +106,7 @@ def test_a_file_is_run_once(tmp_path):
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (None, r"not a Python file: name an existing one"),
+        (None, r"does not exist: name a Python file, with its folder"),
         ("import nosuchmodule", r"does not load: ModuleNotFoundError: .*nosuchmodule"),
         ("def (", r"does not load: SyntaxError"),
         (
@@ -176,7 +176,7 @@ def test_an_exception_is_one_line_that_names_its_place(what, tmp_path):
 
 def test_a_plugin_needs_a_file(tmp_path):
     (tmp_path / "loop.py").symlink_to("loop.py")
-    with pytest.raises(UserError, match=r"loop\.py is not a Python file"):
+    with pytest.raises(UserError, match=r"loop\.py does not exist"):
         plugins.load_file(tmp_path / "loop.py")
     with pytest.raises(UserError, match=r"--plugin: expected one argument"):
         cli.run(["list", "methods", "--plugin"])

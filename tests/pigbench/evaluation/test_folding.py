@@ -13,9 +13,9 @@ import pytest
 from pigbench import envs
 from pigbench.envs.environment import CubeEnv
 from pigbench.errors import UserError
-from pigbench.evaluation import episodes, measures, milestones
+from pigbench.evaluation import episodes, folding, measures
+from pigbench.evaluation.folding import FOLDINGS
 from pigbench.evaluation.measures import MEASURES, Fold
-from pigbench.evaluation.milestones import FOLDINGS
 from pigbench.evaluation.moment import Moment
 from pigbench.evaluation.rollouts import make_evaluator
 from pigbench.evaluation.settings import Evaluation
@@ -35,9 +35,9 @@ def moment(*, second=START[1], pinch=AWAY, force=0.0, success=False, diverged=Fa
 
 
 def episode(*moments: Moment, active: tuple[bool, ...] | None = None) -> dict[str, float]:
-    values = milestones.begin()
+    values = folding.begin()
     for one, is_active in zip(moments, active or [True] * len(moments), strict=True):
-        values = milestones.advance(values, one, jnp.asarray(is_active))
+        values = folding.advance(values, one, jnp.asarray(is_active))
     return {name: value.item() for name, value in values.items()}
 
 

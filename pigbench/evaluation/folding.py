@@ -1,4 +1,4 @@
-"""The computation of `MEASURES`, which say how far an evaluation episode got."""
+"""The computation of `MEASURES`: each is folded over an evaluation episode."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple

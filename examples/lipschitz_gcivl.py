@@ -1,0 +1,33 @@
+"""GCIVL with a regulariser of one's own: values may change by at most 1 per unit of the state."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import jax.numpy as jnp
+
+from pigbench import agents
+from pigbench.agents.residuals import gradient_norm
+
+
+@dataclass(frozen=True)
+class Lipschitz:
+    """Like the Eikonal residual, but only slopes that are too steep count."""
+
+    bound: float = 1.0  # the largest norm of the gradient that is free
+    weight: float = 1.0  # of the residual in the loss
+    kind: Literal["lipschitz"] = "lipschitz"
+
+    def residuals(self, value, transitions):
+        """V(s), and what the loss adds: relu(||grad_s V|| - bound)^2."""
+        values, norms = gradient_norm(value, transitions.states)
+        return values, jnp.maximum(norms - self.bound, 0) ** 2
+
+
+agents.register(
+    agents.Method(
+        name="lipschitz-gcivl",
+        agent=agents.GCIVL,
+        config=agents.GCIVLConfig(regularizer=Lipschitz()),
+        summary="GCIVL with values of bounded slope",
+    )
+)
