@@ -1,4 +1,4 @@
-"""Small regression studies, one of them the paper's: a regulariser's effect on a known cost-to-go."""
+"""Small regression studies, one of them the paper's, of a regulariser and a known cost-to-go."""
 
 from collections.abc import Mapping
 
