@@ -14,7 +14,7 @@ from pigbench.agents import losses
 from pigbench.agents.residuals import HJB, Eikonal, Transitions, ValueFunction, gradient_norm
 from pigbench.errors import require
 from pigbench.shapes import Array
-from pigbench.support.schema import BY_KIND, OR_MADE
+from pigbench.support.schema import BY_KIND
 
 
 @dataclass(frozen=True)
@@ -74,4 +74,4 @@ class HJBConstraint(HJB):
         return self.residuals(value, transitions)[1]
 
 
-Constraint = Annotated[TransitionConstraint | EikonalConstraint | HJBConstraint, BY_KIND, OR_MADE]
+Constraint = Annotated[TransitionConstraint | EikonalConstraint | HJBConstraint, BY_KIND]

@@ -25,7 +25,7 @@ from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
 from pigbench.agents.residuals import Transitions
 from pigbench.errors import UserError, lookup, require
 from pigbench.shapes import Array
-from pigbench.support.schema import BY_KIND, OR_MADE
+from pigbench.support.schema import BY_KIND
 
 RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False)
 
@@ -125,7 +125,7 @@ class AWRExtraction:
         )
 
 
-Extraction = Annotated[DDPGBCExtraction | AWRExtraction, BY_KIND, OR_MADE]
+Extraction = Annotated[DDPGBCExtraction | AWRExtraction, BY_KIND]
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Methods by name, each an agent class with a configuration."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 from pigbench.agents import catalogue
 from pigbench.agents.agent import Agent
@@ -93,12 +93,32 @@ _METHODS: dict[str, Method] = {}
 
 
 def register(method: Method) -> None:
-    """Register `method` under its name; `UserError` if the name is taken or invalid."""
+    """Register `method` under its name.
+
+    Raises `UserError` if the name is taken or invalid, or if a part of the configuration is of a
+    class that its field does not declare: it could not be read back from a run's folder.
+    """
     check("a method", method.name)
+    _check_declared(method.config)
     if method.name in _METHODS:
         raise UserError(f"method {method.name!r} is already registered: choose another name")
     _METHODS[method.name] = method
     catalogue.add(method.name, method.summary)
+
+
+def _check_declared(config: Any) -> None:
+    declared = get_type_hints(type(config))
+    for field in fields(config):
+        value = getattr(config, field.name)
+        if not is_dataclass(value):
+            continue
+        if not isinstance(value, get_args(declared[field.name]) or declared[field.name]):
+            own = type(value).__name__
+            raise UserError(
+                f"{field.name} is of class {own}, which {type(config).__name__} does not declare: "
+                f"make a configuration of your own with the field `{field.name}: {own}`"
+            )
+        _check_declared(value)
 
 
 def get(name: str) -> Method:

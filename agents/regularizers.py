@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from pigbench.agents.residuals import HJB, Eikonal, Transitions, ValueFunction, ValuesAndResiduals
 from pigbench.errors import require
-from pigbench.support.schema import BY_KIND, OR_MADE
+from pigbench.support.schema import BY_KIND
 
 
 @dataclass(frozen=True)
@@ -53,4 +53,4 @@ class HJBRegularizer(HJB):
         require(self, lambda x: x >= 0, "at least 0", "weight")
 
 
-Regularizer = Annotated[NoRegularizer | EikonalRegularizer | HJBRegularizer, BY_KIND, OR_MADE]
+Regularizer = Annotated[NoRegularizer | EikonalRegularizer | HJBRegularizer, BY_KIND]

@@ -13,6 +13,7 @@ from pigbench.envs.scene import Scene
 
 # The move of an action of 1 in one control step: metres (x, y, z), radians of yaw, opening.
 ACTION_SCALE = (0.05, 0.05, 0.05, 0.3, 1.0)
+ACTION_NAMES = ("x", "y", "z", "yaw", "gripper")
 ACTION_SIZE = len(ACTION_SCALE)
 
 

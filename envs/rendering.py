@@ -32,6 +32,10 @@ class Renderer:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Release its resources."""
         self._canvas.close()
 
     def draw(

@@ -46,10 +46,10 @@ def quat_yaw(quat: Float[Array, "*batch 4"]) -> Float[Array, "*batch"]:
 
 
 def nearest_symmetry(
-    yaw: Float[Array, "*batch"], reference: Float[Array, "*batch"], fold: int = 4
+    yaw: Float[Array, "*batch"], reference: Float[Array, "*batch"]
 ) -> Float[Array, "*batch"]:
-    """The yaw nearest to `reference` that equals `yaw` up to the `fold`-fold symmetry of a cube."""
-    step = 2 * jnp.pi / fold
+    """The yaw nearest to `reference` at which a cube looks as it does at `yaw`."""
+    step = jnp.pi / 2
     return yaw + step * jnp.round((reference - yaw) / step)
 
 

@@ -14,15 +14,16 @@ import gymnasium
 import numpy as np
 
 from pigbench import cli  # pigbench registers its environments with Gymnasium
+from pigbench.envs.control import ACTION_SCALE
 from pigbench.envs.observation import layout
+from pigbench.envs.units import metres
 from pigbench.errors import require
 from pigbench.seeds import Seed
 from pigbench.support import files, pictures
 
 ENVIRONMENT, TASKS = "pigbench/cube-single-v0", 5
 LAYOUT = layout(num_cubes=1)
-DECIMETRE = 0.1  # the unit of observed positions, in metres
-LONGEST_MOVE, LARGEST_TURN = 0.05, 0.3  # of an action of 1, in metres and radians
+LONGEST_MOVE, LARGEST_TURN = ACTION_SCALE[0], ACTION_SCALE[3]  # in metres and radians
 OPEN, SHUT = -1.0, 1.0
 HOVER = 0.1  # metres above a cube at which the gripper travels
 
@@ -33,8 +34,8 @@ def control(observations: np.ndarray, goals: np.ndarray) -> np.ndarray:
     def term(values: np.ndarray, name: str) -> np.ndarray:
         return values[:, LAYOUT[name]]
 
-    pinch, cube = (DECIMETRE * term(observations, n) for n in ("effector_pos", "cube_0_pos"))
-    goal = DECIMETRE * term(goals, "cube_0_pos")
+    pinch, cube = (metres(term(observations, n)) for n in ("effector_pos", "cube_0_pos"))
+    goal = metres(term(goals, "cube_0_pos"))
     up = np.array([0.0, 0.0, HOVER])
 
     def near(a: np.ndarray, b: np.ndarray, within: float) -> np.ndarray:

@@ -1,7 +1,6 @@
 """GCIVL with a regulariser of one's own: values may change by at most 1 per unit of the state."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import jax.numpy as jnp
 
@@ -15,7 +14,6 @@ class Lipschitz:
 
     bound: float = 1.0  # the largest norm of the gradient that is free
     weight: float = 1.0  # of the residual in the loss
-    kind: Literal["lipschitz"] = "lipschitz"
 
     def residuals(self, value, transitions):
         """V(s), and what the loss adds: relu(||grad_s V|| - bound)^2."""
@@ -23,11 +21,18 @@ class Lipschitz:
         return values, jnp.maximum(norms - self.bound, 0) ** 2
 
 
+@dataclass(frozen=True)
+class LipschitzGCIVLConfig(agents.GCIVLConfig):
+    """Hyperparameters: those of GCIVL, with this regulariser instead of the others."""
+
+    regularizer: Lipschitz = Lipschitz()
+
+
 agents.register(
     agents.Method(
         name="lipschitz-gcivl",
         agent=agents.GCIVL,
-        config=agents.GCIVLConfig(regularizer=Lipschitz()),
+        config=LipschitzGCIVLConfig(),
         summary="GCIVL with values of bounded slope",
     )
 )

@@ -19,6 +19,8 @@ from pigbench.commands.data import DataImport
 from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.data import dataset
+from pigbench.envs.observation import OPENING_SCALE
+from pigbench.envs.scene import CONTROL_STEP
 from pigbench.envs.units import metres
 from pigbench.evaluation.settings import Evaluation
 from pigbench.layout import Layout
@@ -44,10 +46,10 @@ def log_of(observations: np.ndarray, actions: np.ndarray, layout: Layout) -> dic
     pose = [TO_BASE.apply(metres(term("cube_0_pos"))), quaternion.as_quat(scalar_first=True)]
     names = ("x", "y", "z", "qw", "qx", "qy", "qz")
     return (
-        {"time": 0.05 * np.arange(len(observations))}
+        {"time": CONTROL_STEP * np.arange(len(observations))}
         | numbered("joint_pos", term("joint_pos"))
         | numbered("joint_vel", term("joint_vel"))
-        | {"gripper_opening": term("gripper_opening")[:, 0] / 3}
+        | {"gripper_opening": term("gripper_opening")[:, 0] / OPENING_SCALE}
         | {"gripper_contact": term("gripper_contact")[:, 0]}
         | {f"object_{name}": column for name, column in zip(names, np.hstack(pose).T, strict=True)}
         | numbered("action", actions)

@@ -5,6 +5,7 @@
 
 import contextlib
 import inspect
+import threading
 from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any
@@ -25,6 +26,9 @@ _ITERATIONS = 20
 
 # The arguments of MJX's line search, as far as the mended one knows them.
 _ARGUMENTS = ("m", "d", "ctx", "alpha", "jv", "quad", "quad_gauss", "uu", "v0", "uv", "vv")
+
+
+_TRACING = threading.RLock()  # the mended line search is there for all threads
 
 
 class MjxJax(MjxPhysics):
@@ -88,15 +92,16 @@ def _mended_line_search() -> Iterator[None]:
     rounding error. docs/engines.md has a report for MJX's maintainers.
     """
     point = _line_search_point()
-    evaluate, original = point.create, vars(point)["create"]
     rounding = 16 * float(jnp.finfo(jnp.float32).eps)
+    with _TRACING:
+        evaluate, original = point.create, vars(point)["create"]
 
-    def evaluate_safely(*arguments: Any) -> Any:
-        *others, squares, v0, uv, vv = arguments
-        return evaluate(*others, squares * (1 + rounding), v0, uv, vv)
+        def evaluate_safely(*arguments: Any) -> Any:
+            *others, squares, v0, uv, vv = arguments
+            return evaluate(*others, squares * (1 + rounding), v0, uv, vv)
 
-    point.create = evaluate_safely
-    try:
-        yield
-    finally:
-        point.create = original
+        point.create = evaluate_safely
+        try:
+            yield
+        finally:
+            point.create = original

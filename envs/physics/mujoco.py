@@ -4,7 +4,6 @@
 # pyright: reportAttributeAccessIssue=false
 
 import copy
-import os
 import threading
 from dataclasses import replace
 from functools import partial
@@ -18,6 +17,7 @@ from mujoco.batch import Batch, SimulationError
 
 from pigbench.envs.physics.base import Factors, Physics, PhysicsState
 from pigbench.envs.scene import SUBSTEPS, Scene
+from pigbench.support import cores
 
 
 class MujocoPhysics(Physics):
@@ -31,7 +31,7 @@ class MujocoPhysics(Physics):
         self._model = copy.copy(scene.model)
         # Divergence must be detected; MuJoCo would reset the simulation by itself.
         self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-        self._threads = threads or len(os.sched_getaffinity(0))
+        self._threads = threads or cores.available()
         self._batches: dict[tuple[int, bool], Batch] = {}
         self._lock = threading.Lock()  # only one of the caller's threads may use a batch at a time
 

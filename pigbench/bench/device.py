@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench import agents, envs
+from pigbench import agents, devices, envs
 from pigbench.bench import picking, simulation, training
 from pigbench.bench.budget import FIRST, RATE, Row, RowResult
 from pigbench.bench.timing import Contender, alternate
@@ -99,7 +99,7 @@ def rows(sizes: Sizes) -> list[Row]:
 
 
 def _steps(sizes: Sizes, environment: str, engine: str) -> list[Row]:
-    slow = jax.default_backend() == "cpu" and engine != "mujoco"
+    slow = devices.backend() == "cpu" and engine != "mujoco"
     return [
         _row(
             "steps",

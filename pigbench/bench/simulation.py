@@ -3,7 +3,6 @@
 # mujoco's compiled modules carry no types.
 # pyright: reportAttributeAccessIssue=false
 
-import os
 from collections.abc import Callable
 
 import jax
@@ -23,6 +22,7 @@ from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS
 from pigbench.evaluation.rollouts import make_evaluator
 from pigbench.evaluation.settings import Evaluation
+from pigbench.support import cores
 
 _CHUNK = 10  # control steps per call
 _WHOLE = 0.98  # least share of an evaluation's control steps that must be run
@@ -84,7 +84,7 @@ def _under_way(env: "envs.CubeEnv", simulations: int) -> tuple[Run, Simulation]:
 
 
 def _in_c(env: "envs.CubeEnv", simulations: int) -> Advance:
-    batch = Batch(env.scene.model, simulations, len(os.sched_getaffinity(0)))
+    batch = Batch(env.scene.model, simulations, cores.available())
 
     def advance(states: PhysicsState, controls: Controls) -> None:
         batch.qpos[:], batch.qvel[:] = states.qpos, states.qvel

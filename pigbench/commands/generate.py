@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
-import jax
 import tyro
 
-from pigbench import envs, settings
+from pigbench import devices, envs, settings
 from pigbench.cluster import Cluster
 from pigbench.data import collect, remote
 from pigbench.data.defaults import EPISODE_ROWS
@@ -122,6 +121,6 @@ class Generate:
     def _episodes_per_shard(self) -> int:
         if self.episodes_per_shard is not None:
             return self.episodes_per_shard
-        if self.engine == MujocoPhysics.name or jax.default_backend() == "cpu":
+        if self.engine == MujocoPhysics.name or devices.backend() == "cpu":
             return _SHARD_OF_HOST
         return min(_SHARD_OF_ACCELERATOR, self.episodes)

@@ -1,7 +1,6 @@
 """`pigbench suite`: many training runs as one job."""
 
 import dataclasses
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +14,7 @@ from pigbench.page import make
 from pigbench.report.formats import markdown_grid
 from pigbench.suite import checks, estimate, growth, logs, results, spec, stages
 from pigbench.suite.status import status, table
+from pigbench.support import cores
 from pigbench.support.lock import only_writer
 
 _PAGE = "report"
@@ -32,7 +32,7 @@ class RunSuite:
     """A TOML file, or the name of a suite that comes with pigbench."""
     out: Path
     """Folder of the suite's data, runs, logs, tables, figures and page."""
-    jobs: int = os.cpu_count() or 1
+    jobs: int = cores.available()
     """Training runs at once; if there are several, each gets one processor thread."""
     cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
     """Where shards are simulated and cells are trained."""

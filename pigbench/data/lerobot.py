@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Shaped
 
 from pigbench.data.dataset import Dataset, Split
+from pigbench.envs.control import ACTION_NAMES, ACTION_SIZE
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.errors import UserError
 from pigbench.support import files, lock
@@ -102,10 +103,9 @@ def _features(dataset: Dataset) -> dict[str, dict[str, Any]]:
         for name, size in dataset.layout.terms
         for number in range(size)
     ]
-    moves = ["x", "y", "z", "yaw", "gripper"]
     return {
         "observation.state": {"dtype": "float32", "shape": [len(terms)], "names": terms},
-        "action": {"dtype": "float32", "shape": [len(moves)], "names": moves},
+        "action": {"dtype": "float32", "shape": [ACTION_SIZE], "names": [*ACTION_NAMES]},
         "timestamp": {"dtype": "float32", "shape": [1], "names": None},
         **{
             name: {"dtype": "int64", "shape": [1], "names": None}

@@ -121,7 +121,7 @@ class CompiledEnv:
     def close(self) -> None:
         """Release the renderer's resources."""
         if self._renderer is not None:
-            self._renderer.__exit__()
+            self._renderer.close()
             self._renderer = None
 
     def _draw(

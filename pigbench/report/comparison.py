@@ -76,7 +76,7 @@ def common_environments(cells: Collection[Cell]) -> list[str]:
     )
 
 
-def aggregates(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estimate]:
+def aggregated(pooled: Pool, scoring: Scoring) -> dict[tuple[str, str], Estimate]:
     """Each of `AGGREGATES` in percent, by method and name."""
     return {
         (method, name): _estimate(strata, measure, scoring)

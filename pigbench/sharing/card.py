@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from pigbench import envs
+from pigbench.envs.control import ACTION_SCALE, ACTION_SIZE
+from pigbench.envs.scene import CONTROL_STEP
 from pigbench.layout import Layout
 
 FILE_NAME = "README.md"
@@ -18,8 +20,9 @@ LICENSE = "apache-2.0"
 TAGS = ("pigbench", "robotics", "offline-rl", "goal-conditioned-rl")
 
 ACTION = (
-    "An action is a relative move in [-1, 1]^5, for 0.05 s: x, y and z by up to 5 cm, yaw by up to "
-    "0.3 rad, the gripper by up to its whole opening."
+    f"An action is a relative move in [-1, 1]^{ACTION_SIZE}, for {CONTROL_STEP:g} s: x, y and z by "
+    f"up to {100 * ACTION_SCALE[0]:g} cm, yaw by up to {ACTION_SCALE[3]:g} rad, the gripper by up "
+    "to its whole opening."
 )
 
 

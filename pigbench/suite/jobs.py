@@ -41,6 +41,7 @@ def _generation(suite: Suite, environment: Environment, name: str, folder: Path)
         "seed": data.seed,
         "episodes": -(-environment.transitions // data.episode_transitions),
         "episode-length": data.episode_transitions + 1,
+        "compact": data.compact,
     }
     if data.validation_episodes is not None:
         options["validation-episodes"] = data.validation_episodes

@@ -47,6 +47,7 @@ class Data:
     seed: Seed = 0
     validation_episodes: Annotated[int, pydantic.Field(ge=0)] | None = None
     episode_transitions: Count = EPISODE_ROWS - 1  # from which the number of episodes is computed
+    compact: bool = False  # without qpos and qvel, which no method trains on: half the room
     filter: bool = False  # whether only good episodes are kept, by `pigbench data filter`
 
 

@@ -42,9 +42,6 @@ def fill(template: T, values: Any, what: str) -> T:
 BY_KIND = pydantic.Field(discriminator="kind")
 """Annotates a union of dataclasses that differ in the default of their `Literal` field `kind`."""
 
-OR_MADE = pydantic.WrapValidator(lambda value, read: value if is_dataclass(value) else read(value))
-"""Annotates a type in whose place `fill` accepts what the template has: a user's own kind."""
-
 
 @functools.cache
 def _adapter(kind: type[T]) -> pydantic.TypeAdapter[T]:

@@ -4,7 +4,6 @@ Either way, update t of a seed gets what `sampler.sample` draws from `keys_of(ke
 """
 
 import contextlib
-import os
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, Protocol
@@ -17,6 +16,7 @@ from pigbench.agents import Agent, Batch
 from pigbench.data import sampler
 from pigbench.data.mapped import MappedArray
 from pigbench.data.sampler import Indices, Rows
+from pigbench.support import cores
 
 StepNumber = Int[Array, ""] | int
 
@@ -107,7 +107,7 @@ class Gathered:
         # Compiled before the threads use it, since otherwise each of them would compile it.
         self._draw = jax.jit(draw_all).lower(key, self._steps(0)).compile()
         self._blocks: dict[int, Future[Batch]] = {}
-        self._threads = ThreadPoolExecutor(min(_AHEAD, os.cpu_count() or 1), "gather")
+        self._threads = ThreadPoolExecutor(min(_AHEAD, cores.available()), "gather")
 
     def parts(self, start: int, stop: int) -> Iterator[tuple[Batch, int]]:
         """Yield parts that end where their blocks do."""

@@ -102,6 +102,23 @@ def test_a_name_is_registered_once():
         agents.register(agents.get("gcivl"))
 
 
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_a_configuration_must_declare_the_classes_of_its_parts(wrapped):
+    """Else a run that was trained with it could not be read back."""
+
+    @dataclasses.dataclass(frozen=True)
+    class Other:
+        weight: float = 1.0
+
+    config = agents.GCIVLConfig(regularizer=Other())
+    method = agents.Method("mine", agents.GCIVL, config, "one's own")
+    if wrapped:
+        method = agents.hierarchy("mine", agents.GCIVL, config, summary="one's own")
+    with pytest.raises(UserError, match="regularizer is of class Other, which GCIVLConfig does"):
+        agents.register(method)
+    assert "mine" not in agents.names()
+
+
 def test_a_registered_method_is_found(monkeypatch):
     method = dataclasses.replace(agents.get("gcivl"), name="mine")
     monkeypatch.setattr(agents.registry, "_METHODS", {})

@@ -2,7 +2,6 @@
 
 import jax.numpy as jnp
 import numpy as np
-import pytest
 from ogbench.manipspace.oracles.plan.plan_oracle import PlanOracle
 from scipy.spatial.transform import Rotation
 
@@ -46,12 +45,6 @@ def test_nearest_symmetry_finds_what_ogbench_searches():
         found = rotations.nearest_symmetry(jnp.asarray(cube), jnp.asarray(effector))
         assert abs(found - effector) <= np.pi / 4 + 1e-5
         np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * expected), atol=1e-5)
-
-
-def test_symmetry_of_another_fold():
-    # Up to half turns, 0.1 looks like 0.1 + pi, which lies nearest to 3.
-    turned = rotations.nearest_symmetry(jnp.array(0.1), jnp.array(3.0), fold=2)
-    assert turned == pytest.approx(0.1 + np.pi, abs=1e-6)
 
 
 def test_rotation_matrices_and_vectors():

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from pigbench.envs.control import ACTION_SIZE
 from pigbench.errors import UserError
 
 LogTable = Mapping[str, Float[np.ndarray, "row"]]
@@ -63,7 +64,9 @@ OPTIONAL = {
     "target_opening": Group(
         ("target_opening",), "0 open to 1 shut", -0.02, 1.02, "percent, millimetres or counts"
     ),
-    "action": Group(_numbered("action", 5), "of the largest move", -20.0, 20.0, "absolute poses"),
+    "action": Group(
+        _numbered("action", ACTION_SIZE), "of the largest move", -20.0, 20.0, "absolute poses"
+    ),
 }
 """Without velocities, they are derived from positions; without contact, it is inferred from fingers
 that rest between open and shut. Either actions or commanded poses (all three groups) are needed."""

@@ -16,7 +16,7 @@ def aggregate_table(
     """Interquartile mean and mean of each method over the environments that all methods have."""
     cells = comparison.common(scoring.cells(results))
     pooled = comparison.pool(cells, scoring)
-    estimates = comparison.aggregates(pooled, scoring)
+    estimates = comparison.aggregated(pooled, scoring)
     conditions = captions.conditions(cells, scoring)
     pooling = captions.pooling(pooled, estimates, scoring)
     return Table(

@@ -50,7 +50,7 @@ def test_aggregates_are_over_what_all_methods_have(results, over):
     scoring = Scoring(over=over)
     pooled = pool(results, scoring)
     assert pooled.environments == ["cube-double", "cube-single"]
-    aggregates = comparison.aggregates(pooled, scoring)
+    aggregates = comparison.aggregated(pooled, scoring)
     for method in ("gcivl", "qrl"):
         both = np.concatenate([rates(method, "cube-single"), rates(method, "cube-double")])
         numbers = both.mean(axis=1) if over == "environments" else both.ravel()
@@ -106,7 +106,7 @@ def test_the_order_of_results_does_not_matter(results):
     def everything(results):
         scoring = Scoring(over="tasks")
         pooled = pool(results, scoring)
-        return comparison.aggregates(pooled, scoring), comparison.improvements(pooled, scoring)
+        return comparison.aggregated(pooled, scoring), comparison.improvements(pooled, scoring)
 
     assert everything(results) == everything(results[::-1])
 

@@ -16,6 +16,10 @@ def test_data_is_generated_in_whole_episodes(suite):
     (job,) = jobs.preparation(suite, double, OUT)
     command = cli.parse(job.arguments)
     assert (command.out, command.episodes) == (Path("elsewhere/double"), 100)
+    assert not command.compact
+    large = spec.read(Path("paper-flat"))
+    (job,) = jobs.preparation(large, large.environments[0], OUT)
+    assert cli.parse(job.arguments).compact
 
 
 def test_data_is_filtered_if_the_suite_says_so():

@@ -39,17 +39,9 @@ class Square:
 
 
 @dataclass(frozen=True)
-class Ring(Point):
-    """A kind that `Drawing` does not know."""
-
-    kind: Literal["ring"] = "ring"
-    width: float = 1.0
-
-
-@dataclass(frozen=True)
 class Drawing:
     origin: Point
-    shape: Annotated[Circle | Square, schema.BY_KIND, schema.OR_MADE] = Circle()
+    shape: Annotated[Circle | Square, schema.BY_KIND] = Circle()
     sizes: tuple[int, ...] = ()
     counts: int | Mapping[str, tuple[int, ...]] = 1
     more: Mapping[str, Any] = field(default_factory=dict)
@@ -108,15 +100,3 @@ def test_a_template_is_filled_whatever_the_classes_of_its_parts():
     assert schema.fill(template, other, "d.json") == replace(template, shape=Circle(radius=6))
     with pytest.raises(UserError, match=r"^d.json: origin: nam: there is no such field$"):
         schema.fill(template, {"origin": {"nam": "there"}}, "d.json")
-
-
-def test_a_template_may_have_a_kind_that_its_class_does_not_know():
-    template = Drawing(Point(0), Ring(1))
-    values = {"shape": {"kind": "ring", "width": 5}}
-    assert schema.fill(template, values, "d.json").shape == Ring(1, width=5)
-    square = schema.fill(template, {"shape": {"kind": "square"}}, "d.json")
-    assert square.shape == Square()
-    with pytest.raises(UserError, match=r"^d.json: shape: width: Input should be a valid number"):
-        schema.fill(template, {"shape": {"width": "wide"}}, "d.json")
-    with pytest.raises(UserError, match=r"^d.json: shape: kind is 'star': known are 'circle'"):
-        schema.fill(template, {"shape": {"kind": "star"}}, "d.json")
