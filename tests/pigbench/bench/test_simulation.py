@@ -1,9 +1,11 @@
+import dataclasses
 import importlib
 import json
 
 import pytest
 
-from pigbench import cli
+from pigbench import cli, envs
+from pigbench.bench import simulation
 from pigbench.errors import UserError
 
 FAST = ["--environment", "cube-single", "--turns.turns", "1", "--turns.seconds", "0.01"]
@@ -33,3 +35,12 @@ def test_the_peer_must_be_installed(monkeypatch):
 
     with pytest.raises(UserError, match="ogbench package is not installed"):
         peers.generation("cube-single")
+
+
+def test_an_evaluation_that_ends_early_tells_no_time(monkeypatch):
+    spec = dataclasses.replace(envs.get("cube-single"), success_distance=10.0)
+    monkeypatch.setattr(envs, "SPECS", {"cube-single": spec})
+    env = envs.make("cube-single", profile="fast")
+    contender = simulation.evaluation(env, 1, "gcbc", "cpu", name="ours")
+    with pytest.raises(UserError, match="episodes of cube-single end early"):
+        contender.work(1)
