@@ -6,17 +6,21 @@ batch's actions.
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents import losses
-from pigbench.agents.agent import Agent, Config, Params
+from pigbench.agents.agent import Agent, Params
+from pigbench.agents.config import PolicyConfig
 from pigbench.agents.metrics import LossAndMetrics, Metrics
 from pigbench.agents.networks import Policy, apply
 from pigbench.agents.representations import GOALS
 from pigbench.shapes import Array
+
+Config = TypeVar("Config", bound=PolicyConfig)
 
 
 class PolicyAgent(Agent[Config]):

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 
 from pigbench.agents.batch import Batch, Sampling
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import AgentConfig, TargetConfig, ValueConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.directions import Coordinates
 from pigbench.agents.metrics import LossAndMetrics
@@ -37,6 +37,9 @@ class Agent(abc.ABC, Generic[Config]):
     target_networks: tuple[str, ...] = ()
     """The networks that have a slowly averaged copy, passed to `loss` as `target_params`."""
 
+    target_rate: float = 0.005
+    """The weight of new parameters in these copies; a `TargetConfig` has its own."""
+
     average_rate: float = 1.0
     """The weight of new parameters in the average that acts; at 1, the latest ones act."""
 
@@ -57,6 +60,8 @@ class Agent(abc.ABC, Generic[Config]):
         self.action_size = space.action_size
         self.statistics = statistics
         self.units = units
+        if isinstance(config, TargetConfig):
+            self.target_rate = config.target_rate
         if config.goals not in self.supported_goals:
             raise UserError(
                 f"goals is {config.goals!r}: {type(self).__name__} supports only "
@@ -105,11 +110,12 @@ class Agent(abc.ABC, Generic[Config]):
 
     @property
     def sampling(self) -> Sampling:
-        """How this agent wants its batches drawn."""
+        """How this agent wants its batches drawn; value goals are those of a `ValueConfig`."""
+        config = self.config
         return Sampling(
-            value_goals=self.config.value_goals,
-            actor_goals=self.config.actor_goals,
-            discount=self.config.discount,
+            value_goals=config.value_goals if isinstance(config, ValueConfig) else None,
+            actor_goals=config.actor_goals,
+            discount=config.discount,
         )
 
     @abc.abstractmethod

@@ -17,7 +17,7 @@ from pigbench.agents import actors
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch, GoalMixture
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import PolicyConfig, ValueConfig
 from pigbench.agents.metrics import LossAndMetrics, combine
 from pigbench.agents.networks import BilinearCritic, apply_ensemble, init_ensemble
 from pigbench.errors import require
@@ -27,7 +27,7 @@ GEOMETRIC_FUTURE = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=Tr
 
 
 @dataclass(frozen=True)
-class CRLConfig(AgentConfig):
+class CRLConfig(PolicyConfig, ValueConfig):
     """Hyperparameters of CRL."""
 
     bc_weight: float = 3.0  # alpha of DDPG+BC

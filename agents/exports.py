@@ -1,8 +1,15 @@
 """The names that `pigbench.agents` exports and that need JAX."""
 
 from pigbench.agents.agent import Agent, Params
-from pigbench.agents.batch import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.batch import (
+    Batch,
+    GoalMixture,
+    Sampling,
+    Subgoals,
+    SubgoalSampling,
+    ValueGoals,
+)
+from pigbench.agents.config import AgentConfig, PolicyConfig, TargetConfig, ValueConfig
 from pigbench.agents.constraints import (
     Constraint,
     EikonalConstraint,
@@ -10,7 +17,7 @@ from pigbench.agents.constraints import (
     TransitionConstraint,
 )
 from pigbench.agents.crl import CRL, CRLConfig
-from pigbench.agents.flow_clone import FlowClone, FlowCloneConfig
+from pigbench.agents.flow_clone import BestOfFlow, BestOfFlowConfig, FlowClone, FlowCloneConfig
 from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
 from pigbench.agents.gciql import GCIQL, GCIQLConfig
@@ -39,6 +46,8 @@ __all__ = [
     "Agent",
     "AgentConfig",
     "Batch",
+    "BestOfFlow",
+    "BestOfFlowConfig",
     "CRLConfig",
     "Constraint",
     "DDPGBCExtraction",
@@ -58,14 +67,18 @@ __all__ = [
     "Metrics",
     "NoRegularizer",
     "Params",
+    "PolicyConfig",
     "QRLConfig",
     "Regularizer",
     "Sampling",
     "Statistics",
     "SubgoalSampling",
     "Subgoals",
+    "TargetConfig",
     "TrainState",
     "TransitionConstraint",
+    "ValueConfig",
+    "ValueGoals",
     "build",
     "create",
     "get",

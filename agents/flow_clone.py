@@ -1,4 +1,4 @@
-"""The low level of SHARSA and DSHARSA: behaviour cloning with a flow.
+"""The low levels of SHARSA and DSHARSA: behaviour cloning with a flow, and its best sample.
 
 Park et al. (2025), "Horizon Reduction Makes RL Scalable". Their high level is in
 `flow_hierarchy.py`.
@@ -6,7 +6,7 @@ Park et al. (2025), "Horizon Reduction Makes RL Scalable". Their high level is i
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -14,13 +14,12 @@ from jaxtyping import Float, PRNGKeyArray
 
 from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import AgentConfig, TargetConfig
 from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.metrics import LossAndMetrics, combine
 from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
 from pigbench.errors import require
-from pigbench.layout import Space
 from pigbench.shapes import Array
 
 
@@ -28,23 +27,21 @@ from pigbench.shapes import Array
 class FlowCloneConfig(AgentConfig):
     """Hyperparameters of the flow clone; the defaults are SHARSA's."""
 
-    flow_steps: int = 10
-    candidates: int = 1  # actions drawn; if several, a critic picks the best
+    layer_norm: bool = True  # layer normalisation in the vector field, and in values if there are
+    flow_steps: int = 10  # M: Euler steps of the flow
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require(self, lambda x: x >= 1, "at least 1", "flow_steps", "candidates")
+        require(self, lambda x: x >= 1, "at least 1", "flow_steps")
 
 
-class FlowClone(Agent[FlowCloneConfig]):
-    """A flow of actions given state and goal; a SARSA critic picks the best of several samples."""
+Config = TypeVar("Config", bound=FlowCloneConfig)
+
+
+class FlowClone(Agent[Config]):
+    """A flow of actions given state and goal."""
 
     supported_goals = tuple(GOALS)
-
-    def __init__(self, config: FlowCloneConfig, space: Space, **data: Any) -> None:
-        super().__init__(config, space, **data)
-        self.has_critic = config.candidates > 1
-        self.target_networks = ("critic",) if self.has_critic else ()
 
     @cached_property
     def actor(self) -> FlowPolicy:
@@ -54,32 +51,80 @@ class FlowClone(Agent[FlowCloneConfig]):
             config.actor_hidden_sizes, self.action_size, config.layer_norm, config.flow_steps
         )
 
-    @cached_property
-    def values(self) -> Sarsa:
-        """The critic of actions."""
-        return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
-
     def init(self, key: PRNGKeyArray) -> Params:
-        """Parameters of "actor" and, with a critic, "critic" and "value"."""
-        actor_key, values_key = jax.random.split(key)
-        params = {"actor": self.actor.init(actor_key, **self.inputs)}
-        if self.has_critic:
-            params |= self.values.init(values_key, **self.critic_inputs)
-        return params
+        """Parameters of "actor"."""
+        actor_key, _ = jax.random.split(key)
+        return {"actor": self.actor.init(actor_key, **self.inputs)}
 
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
     ) -> LossAndMetrics:
-        """The flow-matching loss and, with a critic, its losses, which train disjoint networks."""
-        actor = self.actor.loss(
+        """The flow-matching loss."""
+        return self.actor.loss(
             params["actor"],
             observations=batch.observations,
             goals=self.as_goals(batch.actor_goals),
             samples=batch.actions,
             key=key,
         )
-        if not self.has_critic:
-            return actor
+
+    def act(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+    ) -> Float[Array, "action"]:
+        """A sample of the flow, clipped to [-1, 1]."""
+        return self.draw(params, observation, goal, key, count=1)[0]
+
+    def draw(
+        self,
+        params: Params,
+        observation: Float[Array, "observation"],
+        goal: Float[Array, "observation"],
+        key: PRNGKeyArray,
+        *,
+        count: int,
+    ) -> Float[Array, "candidate action"]:
+        """`count` samples of the flow, clipped to [-1, 1]."""
+        goal = self.as_goals(goal)
+        drawn = self.actor.sample(
+            params["actor"], observation=observation, goal=goal, count=count, key=key
+        )
+        return jnp.clip(drawn, -1, 1)
+
+
+@dataclass(frozen=True)
+class BestOfFlowConfig(FlowCloneConfig, TargetConfig):
+    """Hyperparameters of the best of several samples; the defaults are DSHARSA's."""
+
+    candidates: int = 32  # actions drawn, of which the critic picks the best
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, lambda x: x >= 2, "at least 2", "candidates")
+
+
+class BestOfFlow(FlowClone[BestOfFlowConfig]):
+    """A flow of actions, of whose samples a SARSA critic picks the best."""
+
+    target_networks = ("critic",)
+
+    @cached_property
+    def values(self) -> Sarsa:
+        """The critic of actions."""
+        return Sarsa(self.config.value_hidden_sizes, self.config.layer_norm)
+
+    def init(self, key: PRNGKeyArray) -> Params:
+        """Parameters of "actor", "critic" and "value"."""
+        _, values_key = jax.random.split(key)
+        return super().init(key) | self.values.init(values_key, **self.critic_inputs)
+
+    def loss(
+        self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
+    ) -> LossAndMetrics:
+        """The flow-matching loss and the critic's losses, which train disjoint networks."""
         values = self.values.loss(
             params,
             target_params,
@@ -91,7 +136,7 @@ class FlowClone(Agent[FlowCloneConfig]):
             # At the goal, no step is left.
             discounts=jnp.where(batch.value_success, 1, self.config.discount),
         )
-        return combine(actor, values)
+        return combine(super().loss(params, target_params, batch, key), values)
 
     def act(
         self,
@@ -101,10 +146,10 @@ class FlowClone(Agent[FlowCloneConfig]):
         key: PRNGKeyArray,
     ) -> Float[Array, "action"]:
         """The best of `candidates` samples of the flow, clipped to [-1, 1]."""
-        inputs = {"observation": observation, "goal": self.as_goals(goal)}
         count = self.config.candidates
-        drawn = self.actor.sample(params["actor"], **inputs, count=count, key=key)
-        actions = jnp.clip(drawn, -1, 1)
-        if not self.has_critic:
-            return actions[0]
-        return self.values.best(params, **inputs, candidates=actions)
+        return self.values.best(
+            params,
+            observation=observation,
+            goal=self.as_goals(goal),
+            candidates=self.draw(params, observation, goal, key, count=count),
+        )

@@ -16,8 +16,8 @@ import jax.numpy as jnp
 from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents.agent import Agent, Params
-from pigbench.agents.batch import Batch, GoalMixture, Sampling, SubgoalSampling
-from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig
+from pigbench.agents.batch import Batch, GoalMixture, Sampling, SubgoalSampling, ValueGoals
+from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig, TargetConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.gcivl import GCIVLConfig
@@ -36,11 +36,11 @@ UNIFORM_VALUE_GOALS = replace(VALUE_GOALS, geometric=False)
 GEOMETRIC_ACTOR_GOALS = replace(ACTOR_GOALS, geometric=True)
 
 DECIDED_ABOVE = ("learning_rate", "batch_size", "target_rate", "discount", "goals", "actor_goals")
-"""Fields of the low level's configuration that the hierarchy sets."""
+"""Fields of the low level's configuration that the hierarchy sets, as far as it has them."""
 
 
 @dataclass(frozen=True)
-class FlowHierarchyConfig(AgentConfig):
+class FlowHierarchyConfig(TargetConfig):
     """Hyperparameters of both levels; those outside `low` are the high level's, or shared.
 
     Raises `UserError` if `low` changes a field of `DECIDED_ABOVE`.
@@ -64,7 +64,7 @@ class FlowHierarchyConfig(AgentConfig):
         lookup("representation", REPRESENTATIONS, self.low_level_representation)
         unchanged = type(self.low)()
         for name in DECIDED_ABOVE:
-            if getattr(self.low, name) != getattr(unchanged, name):
+            if getattr(self.low, name, None) != getattr(unchanged, name, None):
                 raise UserError(f"low.{name} has no effect: leave it out, the hierarchy sets it")
 
     @property
@@ -235,13 +235,13 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
 
     def _low_batch(self, batch: Batch) -> Batch:
         subgoals = batch.required_subgoals
+        low = subgoals.low_for_value
         return Batch(
             observations=self.represent(batch.observations),
             actions=batch.actions,
             next_observations=self.represent(batch.next_observations),
-            value_goals=self.represent(subgoals.low_value_goals),
-            value_success=subgoals.low_value_success,
             actor_goals=self.represent(subgoals.low_actor_goals),
+            for_value=low and ValueGoals(self.represent(low.states), low.success),
         )
 
 

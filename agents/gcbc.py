@@ -6,11 +6,11 @@ from pigbench.agents import actors
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import PolicyConfig
 from pigbench.agents.metrics import LossAndMetrics
 
 
-class GCBC(PolicyAgent[AgentConfig]):
+class GCBC(PolicyAgent[PolicyConfig]):
     """A Gaussian policy with standard deviation 1."""
 
     def init(self, key: PRNGKeyArray) -> Params:

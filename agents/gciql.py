@@ -15,7 +15,7 @@ from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import PolicyConfig, TargetConfig
 from pigbench.agents.metrics import LossAndMetrics, combine, describe
 from pigbench.agents.networks import Critic, Value, apply, apply_ensemble, init_ensemble
 from pigbench.errors import require
@@ -23,7 +23,7 @@ from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)
-class GCIQLConfig(AgentConfig):
+class GCIQLConfig(PolicyConfig, TargetConfig):
     """Hyperparameters of GCIQL."""
 
     expectile: float = 0.9

@@ -17,7 +17,7 @@ from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import PolicyConfig, TargetConfig
 from pigbench.agents.metrics import LossAndMetrics, combine, describe
 from pigbench.agents.networks import Value, apply, apply_ensemble, init_ensemble
 from pigbench.agents.regularizers import NoRegularizer, Regularizer
@@ -27,7 +27,7 @@ from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)
-class GCIVLConfig(AgentConfig):
+class GCIVLConfig(PolicyConfig, TargetConfig):
     """Hyperparameters of GCIVL; the defaults are the paper's where it names them."""
 
     expectile: float = 0.9  # iota, of the value loss

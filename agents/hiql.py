@@ -18,7 +18,7 @@ from jaxtyping import Float, PRNGKeyArray, Scalar
 from pigbench.agents import actors, losses
 from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch, Sampling, SubgoalSampling
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import PolicyConfig, TargetConfig
 from pigbench.agents.metrics import LossAndMetrics, add_prefix, combine, describe
 from pigbench.agents.networks import MLP, Policy, Value, apply, apply_ensemble, init_ensemble
 from pigbench.agents.norms import safe_norm
@@ -28,7 +28,7 @@ from pigbench.shapes import Array
 
 
 @dataclass(frozen=True)
-class HIQLConfig(AgentConfig):
+class HIQLConfig(PolicyConfig, TargetConfig):
     """Hyperparameters of HIQL; the defaults of the fields below are OGBench's for cubes."""
 
     expectile: float = 0.7
@@ -85,7 +85,7 @@ class HIQL(Agent[HIQLConfig]):
     def sampling(self) -> Sampling:
         """As for a flat agent, plus subgoals; both levels share the value and hence its goals."""
         flat = super().sampling
-        subgoals = SubgoalSampling(self.config.subgoal_steps, flat.value_goals, flat.discount)
+        subgoals = SubgoalSampling(self.config.subgoal_steps, None, flat.discount)
         return replace(flat, subgoals=subgoals)
 
     @cached_property

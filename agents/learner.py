@@ -62,7 +62,7 @@ def update(
     updates, opt_state = _optimizer(agent).update(gradients, state.opt_state)
     params = cast(Params, optax.apply_updates(state.params, updates))
     target_params = optax.incremental_update(
-        _targeted(agent, params), state.target_params, agent.config.target_rate
+        _targeted(agent, params), state.target_params, agent.target_rate
     )
     average_rate = jnp.maximum(agent.average_rate, 10 / (state.step + 10))
     average = optax.incremental_update(_averaged(agent, params), state.average, average_rate)

@@ -17,7 +17,7 @@ from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Params
 from pigbench.agents.batch import Batch, GoalMixture
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import PolicyConfig, ValueConfig
 from pigbench.agents.constraints import Constraint, TransitionConstraint
 from pigbench.agents.metrics import LossAndMetrics, combine, describe
 from pigbench.agents.networks import LatentDynamics, apply
@@ -129,7 +129,7 @@ Extraction = Annotated[DDPGBCExtraction | AWRExtraction, BY_KIND]
 
 
 @dataclass(frozen=True)
-class QRLConfig(AgentConfig):
+class QRLConfig(PolicyConfig, ValueConfig):
     """Hyperparameters of QRL."""
 
     quasimetric: str = "iqe"  # iqe or mrn

@@ -8,10 +8,10 @@ from typing import Any, get_args, get_type_hints
 from pigbench.agents import catalogue
 from pigbench.agents.agent import Agent
 from pigbench.agents.catalogue import summaries
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import AgentConfig, PolicyConfig
 from pigbench.agents.constraints import EikonalConstraint, HJBConstraint
 from pigbench.agents.crl import CRL, CRLConfig
-from pigbench.agents.flow_clone import FlowClone, FlowCloneConfig
+from pigbench.agents.flow_clone import BestOfFlow, BestOfFlowConfig, FlowClone, FlowCloneConfig
 from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
 from pigbench.agents.gciql import GCIQL, GCIQLConfig
@@ -155,17 +155,17 @@ _FLAT: Mapping[str, tuple[Callable[..., Agent[Any]], AgentConfig]] = {
     "qrl": (QRL, QRLConfig()),
     "eik-qrl": (QRL, QRLConfig(constraint=EikonalConstraint())),
     "hjb-qrl": (QRL, QRLConfig(constraint=HJBConstraint())),
-    "gcbc": (GCBC, AgentConfig()),
+    "gcbc": (GCBC, PolicyConfig()),
     "gciql": (GCIQL, GCIQLConfig()),
     "crl": (CRL, CRLConfig()),
     "hiql": (HIQL, HIQLConfig()),
 }
 
-_CLONED: Mapping[str, FlowCloneConfig] = {
-    "sharsa": FlowCloneConfig(),
-    "dsharsa": FlowCloneConfig(candidates=32),
+_CLONED: Mapping[str, tuple[Callable[..., Agent[Any]], AgentConfig]] = {
+    "sharsa": (FlowClone, FlowCloneConfig()),
+    "dsharsa": (BestOfFlow, BestOfFlowConfig()),
 }
-"""Hierarchies whose low level clones actions and sees everything, by its configuration."""
+"""Hierarchies whose low level clones actions and sees everything."""
 
 _HIERARCHICAL: Mapping[str, str] = {
     "h-flow-gcivl": "gcivl",
@@ -179,15 +179,7 @@ _HIERARCHICAL: Mapping[str, str] = {
 
 for _name, (_agent, _config) in _FLAT.items():
     register(Method(_name, _agent, _config, summaries()[_name]))
-for _name, _config in _CLONED.items():
-    register(
-        hierarchy(
-            _name,
-            FlowClone,
-            _config,
-            low_level_representation="full",
-            summary=summaries()[_name],
-        )
-    )
+for _name, _low in _CLONED.items():
+    register(hierarchy(_name, *_low, low_level_representation="full", summary=summaries()[_name]))
 for _name, _low in _HIERARCHICAL.items():
     register(hierarchy(_name, *_FLAT[_low], summary=summaries()[_name]))

@@ -9,8 +9,8 @@ from pigbench.agents.actors import PolicyAgent
 
 
 @dataclass(frozen=True)
-class HuberBCConfig(agents.AgentConfig):
-    """Hyperparameters: the shared ones, and the error above which the loss is linear."""
+class HuberBCConfig(agents.PolicyConfig):
+    """Hyperparameters: those of all policies, and the error above which the loss is linear."""
 
     delta: float = 0.1
 

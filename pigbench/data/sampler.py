@@ -10,7 +10,7 @@ from flax import struct
 from jax.typing import ArrayLike
 from jaxtyping import Float, Int, Key
 
-from pigbench.agents import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling
+from pigbench.agents import Batch, GoalMixture, Sampling, Subgoals, SubgoalSampling, ValueGoals
 from pigbench.data.dataset import Split
 from pigbench.data.mapped import MappedArray
 from pigbench.errors import UserError
@@ -70,8 +70,8 @@ class SubgoalIndices:
 
     value_subgoals: RowNumbers
     actor_subgoals: RowNumbers
-    low_value_goals: RowNumbers
     low_actor_goals: RowNumbers
+    low_value_goals: RowNumbers | None
 
 
 @struct.dataclass
@@ -79,9 +79,9 @@ class Indices:
     """Row numbers of a batch; a transition leads from `starts` to the next row."""
 
     starts: RowNumbers
-    value_goals: RowNumbers
     actor_goals: RowNumbers
-    subgoals: SubgoalIndices | None = None
+    value_goals: RowNumbers | None
+    subgoals: SubgoalIndices | None
 
 
 def sample(key: Key[Array, ""], rows: Rows, sampling: Sampling, batch_size: int) -> Batch:
@@ -92,45 +92,41 @@ def sample(key: Key[Array, ""], rows: Rows, sampling: Sampling, batch_size: int)
 def gather(rows: Rows, indices: Indices) -> Batch:
     """The batch described by `indices`, with their axes; in NumPy for rows on disk."""
     starts, subgoals = indices.starts, indices.subgoals
-    wanted = {
-        "observations": starts,
-        "next_observations": starts + 1,
-        "value_goals": indices.value_goals,
-        "actor_goals": indices.actor_goals,
-    }
-    if subgoals:
-        wanted |= {
-            "value_subgoals": subgoals.value_subgoals,
-            "actor_subgoals": subgoals.actor_subgoals,
-            "low_value_goals": subgoals.low_value_goals,
-            "low_actor_goals": subgoals.low_actor_goals,
-        }
+    numbers, structure = jax.tree.flatten((indices, starts + 1))
     stack = starts.__array_namespace__().stack  # NumPy's or JAX's, as the indices are
     # All at once, so that a file of rows on disk is visited only once.
-    found = rows.observations[stack(list(wanted.values()))]
-    states = {name: found[place] for place, name in enumerate(wanted)}
+    found = rows.observations[stack(numbers)]
+    states, next_observations = jax.tree.unflatten(structure, list(found))
     return Batch(
-        observations=states["observations"],
+        observations=states.starts,
         actions=rows.actions[starts],
-        next_observations=states["next_observations"],
-        value_goals=states["value_goals"],
-        value_success=_same(indices.value_goals, starts),
-        actor_goals=states["actor_goals"],
+        next_observations=next_observations,
+        actor_goals=states.actor_goals,
+        for_value=_for_value(states.value_goals, indices.value_goals, starts),
         subgoals=Subgoals(
-            value_subgoals=states["value_subgoals"],
+            value_subgoals=states.subgoals.value_subgoals,
             value_steps=subgoals.value_subgoals - starts,
             value_success=_same(subgoals.value_subgoals, indices.value_goals),
-            actor_subgoals=states["actor_subgoals"],
-            low_value_goals=states["low_value_goals"],
-            low_value_success=_same(subgoals.low_value_goals, starts),
-            low_actor_goals=states["low_actor_goals"],
+            actor_subgoals=states.subgoals.actor_subgoals,
+            low_actor_goals=states.subgoals.low_actor_goals,
+            low_for_value=_for_value(
+                states.subgoals.low_value_goals, subgoals.low_value_goals, starts
+            ),
         )
         if subgoals
         else None,
     )
 
 
-def _same(rows: RowNumbers, others: RowNumbers) -> Float[Array, "*step batch"]:
+def _for_value(
+    goals: Float[Array, "*step batch observation"] | None,
+    rows: RowNumbers | None,
+    starts: RowNumbers,
+) -> ValueGoals | None:
+    return None if goals is None else ValueGoals(goals, success=_same(rows, starts))
+
+
+def _same(rows: RowNumbers | None, others: RowNumbers | None) -> Float[Array, "*step batch"]:
     return (rows == others).astype(jnp.float32)
 
 
@@ -161,20 +157,23 @@ def sample_indices(
         )
 
     def subgoals(sampling: SubgoalSampling) -> SubgoalIndices:
+        assert value_goals is not None  # as `Sampling` makes sure
         ahead = jnp.minimum(starts + sampling.steps, ends)
+        low = sampling.low_value_goals
         return SubgoalIndices(
             value_subgoals=_no_further(ahead, starts, value_goals),
             actor_subgoals=_no_further(ahead, starts, actor_goals),
-            low_value_goals=goals(low_key, sampling.low_value_goals, sampling.low_discount),
             low_actor_goals=ahead,
+            low_value_goals=low and goals(low_key, low, sampling.low_discount),
         )
 
-    value_goals = goals(value_key, sampling.value_goals, sampling.discount)
+    mixture = sampling.value_goals
+    value_goals = mixture and goals(value_key, mixture, sampling.discount)
     actor_goals = goals(actor_key, sampling.actor_goals, sampling.discount)
     return Indices(
         starts,
-        value_goals,
         actor_goals,
+        value_goals,
         subgoals(sampling.subgoals) if sampling.subgoals else None,
     )
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from pigbench import agents
-from pigbench.agents import Batch, Statistics, Subgoals
+from pigbench.agents import Batch, Statistics, Subgoals, ValueGoals
 from pigbench.layout import Layout, Space
 
 OBSERVATION_SIZE, ACTION_SIZE = 4, 2
+SIZES = ("actor_hidden_sizes", "value_hidden_sizes")
 SPACE = Space(Layout.of({"joint_pos": 3, "cube_0_pos": 1}), ACTION_SIZE)
 
 
@@ -22,10 +23,11 @@ def build():
     """`build(name, **fields)`: a method's agent with one small layer, and other fields as given."""
 
     def build(name, **fields):
-        small = {"actor_hidden_sizes": (16,), "value_hidden_sizes": (16,)}
+        kind = type(agents.get(name).config)
+        small = {field: (16,) for field in SIZES if hasattr(kind, field)}
         return agents.build(
             name,
-            type(agents.get(name).config)(**small | fields),
+            kind(**small | fields),
             SPACE,
             statistics=Statistics.standard(OBSERVATION_SIZE),
         )
@@ -81,16 +83,17 @@ def batch():
         value_steps=np.array([0, 0, 2, 3, 3, 1, 3, 3], np.int32),
         value_success=np.array([1.0] * 3 + [0.0] * 5),
         actor_subgoals=states[1],
-        low_value_goals=np.where(np.arange(8)[:, None] == 4, observations, states[2]),
-        low_value_success=(np.arange(8) == 4).astype(float),
         low_actor_goals=states[3],
+        low_for_value=ValueGoals(
+            np.where(np.arange(8)[:, None] == 4, observations, states[2]),
+            (np.arange(8) == 4).astype(float),
+        ),
     )
     return Batch(
         observations=observations,
         actions=rng.uniform(-1, 1, size=(8, ACTION_SIZE)),
         next_observations=observations + 0.3 * rng.normal(size=observations.shape),
-        value_goals=value_goals,
-        value_success=np.array([1.0, 1.0] + [0.0] * 6),
         actor_goals=rng.normal(size=(8, OBSERVATION_SIZE)),
+        for_value=ValueGoals(value_goals, np.array([1.0, 1.0] + [0.0] * 6)),
         subgoals=subgoals,
     )

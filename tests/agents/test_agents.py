@@ -1,6 +1,7 @@
 """What every registered method must do: learn a small task, and train on from where it was."""
 
 import dataclasses
+import sys
 from collections.abc import Callable
 from functools import cache, partial
 from typing import NamedTuple
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 
 from pigbench import agents
-from pigbench.agents import AgentConfig
+from pigbench.agents import AgentConfig, AWRExtraction
+from pigbench.agents.flow_hierarchy import DECIDED_ABOVE
 from pigbench.data import sampler
 from pigbench.layout import Layout, Space
+from pigbench.support.compare import flatten
 
 SPACE = Space(Layout.of({"joint_pos": 2}), 2)
 """Any representation keeps the joints, so all of a point's state."""
@@ -124,3 +127,56 @@ def test_trains_on_to_the_same_bits(name):
     for left, right in zip(jax.tree.leaves(whole), jax.tree.leaves(resumed), strict=True):
         assert left.tobytes() == right.tobytes()
     assert whole.step == 6
+
+
+def watched(config, reads: set[str], place: str = ""):
+    """The configuration, and those nested in it, noting the dotted names of fields that are read.
+
+    To check a value or to copy it is not to use it, and does not count.
+    """
+
+    class Watched(type(config)):
+        def __getattribute__(self, field):
+            reader = sys._getframe(1)
+            copies_or_checks = reader.f_globals["__name__"] in {"dataclasses", "pigbench.errors"}
+            if not copies_or_checks and reader.f_code.co_name not in {"__post_init__", "__eq__"}:
+                reads.add(f"{place}{field}")
+            return super().__getattribute__(field)
+
+    fields = {field.name: getattr(config, field.name) for field in dataclasses.fields(config)}
+    nested = {
+        name: watched(value, reads, f"{place}{name}.")
+        for name, value in fields.items()
+        if dataclasses.is_dataclass(value) and not is_decided_above(f"{place}{name}")
+    }
+    return Watched(**fields | nested)
+
+
+def is_decided_above(field: str) -> bool:
+    """Whether a hierarchy refuses another value of this field of its low level."""
+    return field.startswith("low.") and field.split(".")[1] in DECIDED_ABOVE
+
+
+CONFIGS = {name: agents.get(name).config for name in agents.names()}
+CONFIGS["qrl by awr"] = dataclasses.replace(CONFIGS["qrl"], actor=AWRExtraction())
+
+
+@pytest.mark.parametrize("name", CONFIGS)
+def test_every_field_of_a_configuration_is_read(name):
+    """But for the kinds of options, which tell them apart, and what two shares leave a third."""
+    reads = set()
+    config = watched(tiny(CONFIGS[name]), reads)
+    rows = point_mass_rows()
+    statistics = agents.Statistics.of(rows.observations)
+    agent = agents.build(name.split()[0], config, SPACE, statistics=statistics)
+
+    def use(key):
+        state = agents.create(agent, key)
+        batch = sampler.sample(key, rows, agent.sampling, config.batch_size)
+        state, _ = agents.update(agent, state, batch, key)
+        return agent.act(state.acting, batch.observations[0], batch.actor_goals[0], key)
+
+    jax.eval_shape(use, jax.random.key(0))
+    fields = dict(flatten(dataclasses.asdict(config)))
+    unread = {field for field in fields.keys() - reads if not is_decided_above(field)}
+    assert {field for field in unread if not field.endswith((".kind", ".future"))} == set()

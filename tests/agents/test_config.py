@@ -1,6 +1,6 @@
 import pytest
 
-from pigbench.agents import AgentConfig
+from pigbench.agents import TargetConfig
 from pigbench.errors import UserError
 
 
@@ -12,9 +12,10 @@ from pigbench.errors import UserError
         ("batch_size", 0),
         ("discount", 1.0),
         ("target_rate", 1.5),
+        ("actor_hidden_sizes", (256, 0)),
         ("value_hidden_sizes", (256, 0)),
     ],
 )
 def test_a_value_out_of_range_is_named(field, value):
     with pytest.raises(UserError, match=f"^{field} is .*: it must be "):
-        AgentConfig(**{field: value})
+        TargetConfig(**{field: value})

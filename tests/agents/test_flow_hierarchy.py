@@ -106,6 +106,7 @@ def test_the_low_level_is_the_flat_agent_on_its_representation(hierarchy, init, 
     _, metrics = loss(params, targets, batch, jax.random.key(2))
 
     subgoals = batch.subgoals
+    low = subgoals.low_for_value
     _, expected = jax.jit(flat.loss)(
         {name: params[f"low_{name}"] for name in ("value", "policy")},
         {"value": targets["low_value"]},
@@ -113,9 +114,8 @@ def test_the_low_level_is_the_flat_agent_on_its_representation(hierarchy, init, 
             observations=batch.observations[:, :3],
             actions=batch.actions,
             next_observations=batch.next_observations[:, :3],
-            value_goals=subgoals.low_value_goals[:, :3],
-            value_success=subgoals.low_value_success,
             actor_goals=subgoals.low_actor_goals[:, :3],
+            for_value=low.replace(states=low.states[:, :3]),
         ),
         jax.random.key(0),
     )

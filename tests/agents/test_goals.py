@@ -10,6 +10,7 @@ import pytest
 from ogbench.relabel_utils import add_oracle_reps
 
 from pigbench import agents, envs
+from pigbench.agents import registry
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
@@ -27,14 +28,16 @@ def with_other_goals(batch, part):
             [goals[:, slot] + (1 if slot == part else 0) for slot in (ROBOT, CUBE)], axis=1
         )
 
-    return batch.replace(value_goals=other(batch.value_goals), actor_goals=other(batch.actor_goals))
+    return batch.replace(
+        for_value=batch.for_value.replace(states=other(batch.value_goals)),
+        actor_goals=other(batch.actor_goals),
+    )
 
 
 @pytest.mark.parametrize("name", [name for name in agents.names() if name not in QUASIMETRICS])
 def test_told_of_cubes_alone_a_method_does_not_mind_the_robots_part_of_a_goal(build, batch, name):
     config = agents.get(name).config
-    low = {"low": dataclasses.replace(config.low, **SMALL)} if hasattr(config, "low") else {}
-    changed = dataclasses.replace(config, goals="cubes", **SMALL, **low)
+    changed = registry._override(config, {"goals": "cubes", **SMALL, "low": SMALL})
     fields = {field.name: getattr(changed, field.name) for field in dataclasses.fields(changed)}
     agent = build(name, **fields)
     assert agent.goal_size == 1

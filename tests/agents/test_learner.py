@@ -7,11 +7,11 @@ import pytest
 from jax.experimental.compilation_cache import compilation_cache
 
 from pigbench import agents
-from pigbench.agents import Agent, AgentConfig, Batch
+from pigbench.agents import Agent, AgentConfig, Batch, TargetConfig, ValueGoals
 from pigbench.layout import Layout, Space
 
 
-class Line(Agent[AgentConfig]):
+class Line(Agent[TargetConfig]):
     """Loss 3 w - 2 b, plus the sum of w's target copy: gradients are 3 and -2 everywhere."""
 
     target_networks = ("w",)
@@ -29,7 +29,7 @@ class Line(Agent[AgentConfig]):
 
 @pytest.fixture
 def line():
-    config = AgentConfig(learning_rate=0.1, target_rate=0.25)
+    config = TargetConfig(learning_rate=0.1, target_rate=0.25)
     return Line(config, Space(Layout.of({"state": 1}), 1))
 
 
@@ -46,9 +46,8 @@ def random_batch(key, size=16):
         observations=normal(keys[0]),
         actions=normal(keys[1])[:, :2],
         next_observations=normal(keys[2]),
-        value_goals=normal(keys[3]),
-        value_success=(jnp.arange(size) % 5 == 0).astype(jnp.float32),
         actor_goals=normal(keys[4]),
+        for_value=ValueGoals(normal(keys[3]), (jnp.arange(size) % 5 == 0).astype(jnp.float32)),
     )
 
 
@@ -70,6 +69,19 @@ def test_two_updates_by_hand(line):
     np.testing.assert_allclose(state.params["w"], 0.8, rtol=1e-5)
     np.testing.assert_allclose(state.target_params["w"], 0.75 * 0.975 + 0.25 * 0.8, rtol=1e-5)
     assert state.step == 2
+
+
+def test_an_agent_may_have_its_own_target_rate(line):
+    class Fast(Line):
+        target_rate = 1.0
+
+    own, given = (
+        Fast(config, Space(Layout.of({"state": 1}), 1)) for config in (AgentConfig(), line.config)
+    )
+    assert (own.target_rate, given.target_rate) == (1.0, 0.25)
+    key = jax.random.key(0)
+    state, _ = agents.update(own, agents.create(own, key), random_batch(key), key)
+    np.testing.assert_array_equal(state.target_params["w"], state.params["w"])
 
 
 def test_an_average_acts_where_the_agent_averages(line):

@@ -14,6 +14,7 @@ from pigbench.agents import (
     HJBConstraint,
     QRLConfig,
     TransitionConstraint,
+    ValueGoals,
 )
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
@@ -70,7 +71,8 @@ def test_the_loss_against_numpy(build, init, batch, float64, constraint, actor):
         actor=actor,
     )
     params = init(agent) | {"multiplier": jnp.log(1.7)}
-    batch = batch.replace(value_goals=batch.value_goals + 1)  # d has a kink at the goal itself
+    # Away from the goals, where d has a kink.
+    batch = batch.replace(for_value=ValueGoals(batch.value_goals + 1, batch.value_success))
     s, s_next, g = batch.observations, batch.next_observations, batch.value_goals
 
     def encode(states):
@@ -144,9 +146,8 @@ def test_finds_the_shortest_paths_of_a_graph():
         observations=starts,
         actions=np.zeros((len(starts), 1), np.float32),
         next_observations=ends,
-        value_goals=goals,
-        value_success=np.zeros(len(starts), np.float32),
         actor_goals=goals,
+        for_value=ValueGoals(goals, np.zeros(len(starts), np.float32)),
     )
 
     @jax.jit

@@ -140,7 +140,7 @@ def test_subgoals_lie_steps_ahead_or_at_the_goal_or_at_the_end(steps):
     np.testing.assert_array_equal(subgoals.value_success, value_stops == value_goals)
     np.testing.assert_array_equal(subgoals.actor_subgoals[:, 0], stops(actor_goals))
     np.testing.assert_array_equal(
-        subgoals.low_value_success, subgoals.low_value_goals[:, 0] == starts
+        subgoals.low_for_value.success, subgoals.low_for_value.states[:, 0] == starts
     )
     # All cases were met: at the goal already, at it after some steps, and not there.
     met = set(zip(np.asarray(subgoals.value_steps), value_stops == value_goals, strict=True))
@@ -162,18 +162,31 @@ def test_the_low_levels_goals_follow_its_own_mixture_and_discount():
     assert stats.chisquare(counts, len(steps) * np.array(law)).pvalue > SIGNIFICANCE
 
 
-def test_subgoals_leave_the_other_draws_alone():
+def test_goals_that_are_not_asked_for_are_not_drawn_and_leave_the_other_draws_alone():
     ends = jnp.asarray(np.cumsum(LENGTHS) - 1, dtype=jnp.int32)
-    subgoals = SubgoalSampling(5, low_value_goals=MIXED, low_discount=0.5)
-    plain, hierarchical = (
-        sample_indices(jax.random.key(0), ends, Sampling(MIXED, UNIFORM, 0.8, asked), 100)
-        for asked in (None, subgoals)
+    whole, value_alone, plain = (
+        sample_indices(jax.random.key(0), ends, Sampling(goals, UNIFORM, 0.8, subgoals), 100)
+        for goals, subgoals in (
+            (MIXED, SubgoalSampling(5, low_value_goals=MIXED, low_discount=0.5)),
+            (MIXED, SubgoalSampling(5, low_value_goals=None, low_discount=0.5)),
+            (None, None),
+        )
     )
-    assert plain.subgoals is None
-    for left, right in zip(
-        jax.tree.leaves(plain), jax.tree.leaves(hierarchical.replace(subgoals=None)), strict=True
-    ):
-        np.testing.assert_array_equal(left, right)
+    assert value_alone.subgoals.low_value_goals is None
+    assert (plain.value_goals, plain.subgoals) == (None, None)
+    wanted = dict(jax.tree_util.tree_flatten_with_path(whole)[0])
+    for indices in (value_alone, plain):
+        for place, numbers in jax.tree_util.tree_flatten_with_path(indices)[0]:
+            np.testing.assert_array_equal(numbers, wanted[place])
+
+
+def test_a_batch_has_no_more_than_was_drawn():
+    rows = Rows.create(np.zeros((5, 1)), np.zeros((5, 1)), np.arange(5) == 4)
+    plain = sample(jax.random.key(0), rows, Sampling(None, UNIFORM, 0.8), 10)
+    assert (plain.for_value, plain.subgoals) == (None, None)
+    of_low = SubgoalSampling(2, low_value_goals=None, low_discount=0.5)
+    batch = sample(jax.random.key(0), rows, Sampling(MIXED, UNIFORM, 0.8, of_low), 10)
+    assert batch.subgoals.low_for_value is None
 
 
 def test_a_hundred_million_rows():

@@ -17,7 +17,7 @@ TINY = """
 preset = "cpu"
 methods = ["gcbc", "gcivl"]
 seeds = [0]
-agent = {batch_size = 8, actor_hidden_sizes = [8], value_hidden_sizes = [8]}
+agent = {batch_size = 8, actor_hidden_sizes = [8]}
 data = {validation_episodes = 0, episode_transitions = 10}
 evaluation = {every = 3, episodes = 1}
 

@@ -35,7 +35,7 @@ def test_metrics_success_rates_and_films_are_shown(drawing, env, tmp_path, confi
         draws.uniform(-1, 1, size=(60, 5)).astype(np.float32),
         np.arange(60) % 20 == 19,
     )
-    small = agents.AgentConfig(batch_size=8, actor_hidden_sizes=(8,))
+    small = agents.PolicyConfig(batch_size=8, actor_hidden_sizes=(8,))
     agent = agents.build("gcbc", small, env.space)
     run = runs.open_run(tmp_path / "run", config, {}, Statistics.standard(28))
     schedule = Schedule(steps=4, log_every=1, evaluate_every=4)
