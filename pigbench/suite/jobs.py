@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pigbench.errors import lookup
 from pigbench.suite.spec import Environment, Suite, SuiteCell
 
 
@@ -33,6 +34,8 @@ def preparation(suite: Suite, environment: Environment, out: Path) -> tuple[Job,
 
 
 def _generation(suite: Suite, environment: Environment, name: str, folder: Path) -> Job:
+    from pigbench.envs.oracles import POLICIES  # imports JAX, which takes long
+
     data = suite.data
     options: dict[str, Any] = {
         "out": folder,
@@ -40,8 +43,9 @@ def _generation(suite: Suite, environment: Environment, name: str, folder: Path)
         "physics": data.physics,
         "seed": data.seed,
         "episodes": -(-environment.transitions // data.episode_transitions),
-        "episode-length": data.episode_transitions + 1,
     }
+    if not lookup("policy", POLICIES, data.policy).episode_rows:
+        options["episode-length"] = data.episode_transitions + 1
     if data.validation_episodes is not None:
         options["validation-episodes"] = data.validation_episodes
     return Job(name, folder, ("generate", environment.name, *_flags(options)))
