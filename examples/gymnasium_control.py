@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 
 from pigbench import cli  # pigbench registers its environments with Gymnasium
-from pigbench.envs.observation import layout
+from pigbench.envs.terms import layout
 from pigbench.errors import require
 from pigbench.seeds import Seed
 from pigbench.support import files, pictures

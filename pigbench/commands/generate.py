@@ -41,8 +41,8 @@ class Generate:
     """Folder of the data set."""
     policy: str | None = None
     """Scripted policy: play follows noisy plans, noisy reacts to the scene with noisy actions,
-    replan plans anew at every step, like a robot that has only estimates. By default the
-    environment's own, which is play for all but cube-centre."""
+    replan plans anew for the only cube at every step, like a robot that has only estimates. By
+    default the environment's own, which is play for all but cube-centre."""
     episodes: int = 1000
     """Episodes in the training split."""
     validation_episodes: int | None = None
@@ -72,7 +72,9 @@ class Generate:
             raise UserError(
                 f"validation_episodes is {self.validation_episodes}: it must be 0 or more"
             )
-        if POLICIES[self._policy()].episode_rows:
+        policy = POLICIES[self._policy()]
+        policy.check(envs.get(self.environment))
+        if policy.episode_rows:
             where = f"with policy {self._policy()!r}, which ends its episodes itself"
             require_left_out(self, where, "episode_length")
         memory.require_for(self._episodes_per_shard())

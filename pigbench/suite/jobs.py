@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pigbench.envs.scripted import SCRIPTED
 from pigbench.errors import lookup
 from pigbench.suite.spec import Environment, Suite, SuiteCell
 
@@ -34,8 +35,6 @@ def preparation(suite: Suite, environment: Environment, out: Path) -> tuple[Job,
 
 
 def _generation(suite: Suite, environment: Environment, name: str, folder: Path) -> Job:
-    from pigbench.envs.oracles import POLICIES  # imports JAX, which takes long
-
     data = suite.data
     options: dict[str, Any] = {
         "out": folder,
@@ -44,7 +43,7 @@ def _generation(suite: Suite, environment: Environment, name: str, folder: Path)
         "seed": data.seed,
         "episodes": -(-environment.transitions // data.episode_transitions),
     }
-    if not lookup("policy", POLICIES, data.policy).episode_rows:
+    if not lookup("policy", SCRIPTED, data.policy).ends_episodes:
         options["episode-length"] = data.episode_transitions + 1
     if data.validation_episodes is not None:
         options["validation-episodes"] = data.validation_episodes

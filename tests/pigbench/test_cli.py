@@ -212,6 +212,10 @@ WRONG = {
         ["generate", "cube-centre", "--out", "D", "--episode-length", "7"],
         "episode_length has no effect with policy 'replan', which ends its episodes itself: leave",
     ),
+    "more cubes than a policy can move": (
+        ["generate", "cube-double", "--out", "D", "--policy", "replan"],
+        "cube-double has 2 cubes, and ReplanPolicy moves no more than 1: choose another policy",
+    ),
     "shares of no cluster": (
         ["generate", "cube-single", "--out", "D", "--cpus-per-task", "2"],
         "cpus_per_task has no effect without ray: leave it out",

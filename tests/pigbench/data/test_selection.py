@@ -11,7 +11,7 @@ from pigbench.data import dataset, manifest, quality, selection
 from pigbench.data.manifest import Spec
 from pigbench.data.quality import CRITERIA, JudgedColumns, Limits
 from pigbench.data.writer import Writer
-from pigbench.envs.observation import layout
+from pigbench.envs.terms import layout
 from pigbench.errors import UserError
 from pigbench.layout import Layout
 
