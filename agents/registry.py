@@ -60,9 +60,12 @@ class Method:
     config: AgentConfig  # the `paper` preset
     summary: str  # one line
 
-    def preset(self, name: str) -> AgentConfig:
-        """The configuration of the preset called `name`; `UserError` if there is none."""
-        return _override(self.config, lookup("preset", PRESETS, name))
+    def preset(self, name: str, **changes: Any) -> AgentConfig:
+        """The configuration of the preset called `name`, with `changes` of its fields.
+
+        Raises `UserError` if there is no such preset.
+        """
+        return replace(_override(self.config, lookup("preset", PRESETS, name)), **changes)
 
 
 def _override(config: Any, changes: Mapping[str, Any]) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float, Int, PRNGKeyArray
 
-from pigbench.envs import control, kinematics, observation, trees, workspace
+from pigbench.envs import control, kinematics, observation, terms, trees, workspace
 from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.physics import Physics, PhysicsState
@@ -45,6 +45,8 @@ class CubeEnv(Env):
     `state.info` has goal (the goal's observation), target (the cubes' positions), task (an id from
     1, USER_TASK or NO_TASK), success and diverged (bool), and senses (the state of `reality`; None
     without one). All methods are for a single environment: vmap them.
+
+    Raises UserError if `reward` is not a key of `envs.rewards.REWARDS`.
     """
 
     def __init__(
@@ -58,8 +60,7 @@ class CubeEnv(Env):
         self.physics = physics
         self.reality = reality
         self.scene = physics.scene
-        self.layout = observation.layout(spec.num_cubes, spec.unobserved)
-        self._terms = observation.table(spec.num_cubes, spec.unobserved)
+        self.layout = terms.layout(spec.num_cubes, spec.unobserved)
         self._reward = lookup("reward", REWARDS, reward)
         self._start = jnp.array([task.start_xyz for task in spec.tasks], jnp.float32)
         self._goal = jnp.array([task.goal_xyz for task in spec.tasks], jnp.float32)
@@ -208,7 +209,7 @@ class CubeEnv(Env):
     @jax_defaults()
     def observe(self, physics_state: PhysicsState) -> Float[Array, "observation"]:
         """The observation of a bare simulation."""
-        return observation.observe(self._terms, self.scene, physics_state)
+        return observation.observe(self.layout, self.scene, physics_state)
 
     def _settled(self, key: PRNGKeyArray, cubes: Float[Array, "cube 3"]) -> PhysicsState:
         arm_key, action_key = jax.random.split(key)

@@ -1,11 +1,6 @@
-"""The observation: a table of named terms, each a small function of the simulation's state.
+"""The observation: each of its `terms` is a small function of the simulation's state."""
 
-Robot terms come first, then the terms of each cube. Other code looks up slices by name, or by the
-groups of `pigbench.layout`, which a term's name determines.
-"""
-
-from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -14,23 +9,7 @@ from pigbench.envs import robot
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
 from pigbench.envs.scene import Scene
-from pigbench.envs.units import CENTRE, POSITION_SCALE
-from pigbench.errors import lookup
-from pigbench.layout import Layout
-
-# Scales that bring every term to order 1, as in OGBench.
-OPENING_SCALE = 3.0
-PAD_FORCE_SCALE = 1 / 50
-
-
-@dataclass(frozen=True)
-class Term:
-    """A named part of the observation, its length `size`, and its meaning in words."""
-
-    name: str
-    size: int
-    meaning: str
-    value: Callable[[Scene, PhysicsState], Float[Array, "size"]]
+from pigbench.envs.units import CENTRE, OPENING_SCALE, PAD_FORCE_SCALE, POSITION_SCALE
 
 
 def gripper_opening(scene: Scene, state: PhysicsState) -> Float[Array, ""]:
@@ -59,84 +38,27 @@ def _direction(angle: Float[Array, ""]) -> Float[Array, "2"]:
     return jnp.stack([jnp.cos(angle), jnp.sin(angle)])
 
 
-ROBOT_TERMS = (
-    Term(
-        "joint_pos",
-        6,
-        "angles of the arm's joints, rad",
-        lambda scene, state: state.qpos[scene.arm],
-    ),
-    Term("joint_vel", 6, "their velocities, rad/s", lambda scene, state: state.qvel[scene.arm]),
-    Term(
-        "effector_pos",
-        3,
-        f"pinch point minus {CENTRE} m, times {POSITION_SCALE:.0f}",
-        lambda scene, state: _scaled(state.pinch_pos),
-    ),
-    Term(
-        "effector_yaw",
-        2,
-        "cosine and sine of the gripper's yaw",
-        lambda scene, state: _direction(state.pinch_yaw),
-    ),
-    Term(
-        "gripper_opening",
-        1,
-        f"0 open to {OPENING_SCALE:.0f} shut",
-        lambda scene, state: gripper_opening(scene, state)[None] * OPENING_SCALE,
-    ),
-    Term(
-        "gripper_contact",
-        1,
-        f"force on the right pad over {1 / PAD_FORCE_SCALE:.0f}, clipped to 1",
-        lambda scene, state: gripper_contact(state)[None],
-    ),
-)
+_ROBOT: Mapping[str, Callable[[Scene, PhysicsState], Float[Array, "size"]]] = {
+    "joint_pos": lambda scene, state: state.qpos[scene.arm],
+    "joint_vel": lambda scene, state: state.qvel[scene.arm],
+    "effector_pos": lambda scene, state: _scaled(state.pinch_pos),
+    "effector_yaw": lambda scene, state: _direction(state.pinch_yaw),
+    "gripper_opening": lambda scene, state: gripper_opening(scene, state)[None] * OPENING_SCALE,
+    "gripper_contact": lambda scene, state: gripper_contact(state)[None],
+}
+_CUBE: Mapping[str, Callable[[Float[Array, "3"], Float[Array, "4"]], Float[Array, "size"]]] = {
+    "pos": lambda pos, quat: _scaled(pos),
+    "quat": lambda pos, quat: quat,
+    "yaw": lambda pos, quat: _direction(quat_yaw(quat)),
+}
 
 
-def _cube_terms(index: int) -> tuple[Term, ...]:
-    def pos(scene: Scene, state: PhysicsState) -> Float[Array, "3"]:
-        return cube_poses(scene, state)[0][index]
-
-    def quat(scene: Scene, state: PhysicsState) -> Float[Array, "4"]:
-        return cube_poses(scene, state)[1][index]
-
-    return (
-        Term(
-            f"cube_{index}_pos",
-            3,
-            f"centre of cube {index} minus {CENTRE} m, times {POSITION_SCALE:.0f}",
-            lambda scene, state: _scaled(pos(scene, state)),
-        ),
-        Term(f"cube_{index}_quat", 4, "its quaternion, w first", quat),
-        Term(
-            f"cube_{index}_yaw",
-            2,
-            "cosine and sine of its yaw",
-            lambda scene, state: _direction(quat_yaw(quat(scene, state))),
-        ),
-    )
-
-
-def table(num_cubes: int, unobserved: Collection[str] = ()) -> tuple[Term, ...]:
-    """The observation's terms in order: all except those named in `unobserved`.
-
-    Raises UserError if there is none of such a name.
-    """
-    cubes = (_cube_terms(index) for index in range(num_cubes))
-    every = (*ROBOT_TERMS, *(term for cube in cubes for term in cube))
-    for name in unobserved:
-        lookup("observation", {term.name: term for term in every}, name)
-    return tuple(term for term in every if term.name not in unobserved)
-
-
-def layout(num_cubes: int, unobserved: Collection[str] = ()) -> Layout:
-    """The layout of these terms."""
-    return Layout.of({term.name: term.size for term in table(num_cubes, unobserved)})
-
-
-def observe(
-    terms: Iterable[Term], scene: Scene, state: PhysicsState
-) -> Float[Array, "observation"]:
-    """The observation of one simulation."""
-    return jnp.concatenate([term.value(scene, state) for term in terms])
+def observe(names: Iterable[str], scene: Scene, state: PhysicsState) -> Float[Array, "observation"]:
+    """The observation of one simulation: the values of the terms with these names, in order."""
+    positions, quats = cube_poses(scene, state)
+    values = {name: value(scene, state) for name, value in _ROBOT.items()} | {
+        f"cube_{index}_{name}": value(positions[index], quats[index])
+        for index in range(scene.num_cubes)
+        for name, value in _CUBE.items()
+    }
+    return jnp.concatenate([values[name] for name in names])

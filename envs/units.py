@@ -1,4 +1,4 @@
-"""The units of positions in an observation, available without importing JAX."""
+"""The units of an observation's terms, available without importing JAX."""
 
 from typing import TYPE_CHECKING, TypeVar
 
@@ -7,9 +7,11 @@ import numpy as np
 if TYPE_CHECKING:
     import jax
 
-# These bring positions to order 1, as in OGBench.
+# These bring every term to order 1, as in OGBench.
 CENTRE = (0.425, 0.0, 0.0)
 POSITION_SCALE = 10.0
+OPENING_SCALE = 3.0
+PAD_FORCE_SCALE = 1 / 50
 
 Array = TypeVar("Array", "jax.Array", np.ndarray)
 

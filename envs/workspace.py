@@ -14,6 +14,11 @@ class Box:
     low: tuple[float, ...]
     high: tuple[float, ...]
 
+    @property
+    def middle(self) -> tuple[float, ...]:
+        """Its centre."""
+        return tuple((low + high) / 2 for low, high in zip(self.low, self.high, strict=True))
+
     def sample(
         self, key: PRNGKeyArray, shape: tuple[int, ...] = ()
     ) -> Float[Array, "*shape dimension"]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from pigbench import cli  # pigbench registers its environments with Gymnasium
 from pigbench.envs.control import ACTION_SCALE
-from pigbench.envs.observation import layout
+from pigbench.envs.terms import layout
 from pigbench.envs.units import metres
 from pigbench.errors import require
 from pigbench.seeds import Seed

@@ -19,9 +19,8 @@ from pigbench.commands.data import DataImport
 from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.data import dataset
-from pigbench.envs.observation import OPENING_SCALE
 from pigbench.envs.scene import CONTROL_STEP
-from pigbench.envs.units import metres
+from pigbench.envs.units import OPENING_SCALE, metres
 from pigbench.evaluation.settings import Evaluation
 from pigbench.layout import Layout
 from pigbench.report import stats, tables
@@ -94,9 +93,8 @@ class Example:
             self.method,
             data=data,
             out=self.out / self.method,
-            agent=agents.get(self.method).preset("cpu"),
+            agent=agents.get(self.method).preset("cpu", goals="cubes"),
             preset="cpu",
-            goals="cubes",
             steps=self.steps,
             evaluate_every=self.steps,
             evaluation=Evaluation(self.evaluation_episodes),

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pigbench.errors import UserError, require
+from pigbench.errors import UserError, require, require_left_out
 from pigbench.suite.jobs import Job
 from pigbench.support import processes
 from pigbench.support.extras import required
@@ -34,20 +34,33 @@ class Cluster:
 
     ray: str | None = None
     """Ray cluster that shares the work: its address, or local for one on this machine alone."""
-    cpus_per_task: float = 1
-    """Processor cores for each task on the cluster."""
-    gpus_per_task: float = 0
-    """GPUs for each task on the cluster."""
+    cpus_per_task: float | None = None
+    """Processor cores for each task on the cluster, by default 1."""
+    gpus_per_task: float | None = None
+    """GPUs for each task on the cluster, by default none."""
 
     def __post_init__(self) -> None:
-        require(self, lambda x: 0 <= x < math.inf, "at least 0", "cpus_per_task", "gpus_per_task")
+        amounts = "cpus_per_task", "gpus_per_task"
+        require(self, lambda x: x is None or 0 <= x < math.inf, "at least 0", *amounts)
+        if self.ray is None:
+            require_left_out(self, "without ray", *amounts)
+
+    @property
+    def cpus(self) -> float:
+        """Processor cores for each task."""
+        return 1 if self.cpus_per_task is None else self.cpus_per_task
+
+    @property
+    def gpus(self) -> float:
+        """GPUs for each task."""
+        return self.gpus_per_task or 0
 
     @property
     def arguments(self) -> tuple[str, ...]:
         """The arguments that make a command run on the same cluster."""
         if self.ray is None:
             return ()
-        cpus, gpus = str(self.cpus_per_task), str(self.gpus_per_task)
+        cpus, gpus = str(self.cpus), str(self.gpus)
         return ("--ray", self.ray, "--cpus-per-task", cpus, "--gpus-per-task", gpus)
 
     @contextlib.contextmanager
@@ -78,16 +91,16 @@ class Tasks:
         self._ray = ray
         # XLA's flags affect results, so they are the same everywhere; threads follow the cores.
         environment = {"XLA_FLAGS": os.environ.get("XLA_FLAGS", "")}
-        environment["NPROC"] = str(max(1, math.floor(cluster.cpus_per_task)))
+        environment["NPROC"] = str(max(1, math.floor(cluster.cpus)))
         environment[SHARERS] = str(max(1, _most_on_one(ray.nodes(), cluster)))
         self._options = {
-            "num_cpus": cluster.cpus_per_task,
-            "num_gpus": cluster.gpus_per_task,
+            "num_cpus": cluster.cpus,
+            "num_gpus": cluster.gpus,
             "max_retries": _RETRIES,
             "runtime_env": {"env_vars": environment},
         }
         cores = ray.cluster_resources().get("CPU", 1)
-        self._most = max(1, int(_IN_FLIGHT * cores / max(cluster.cpus_per_task, 1)))
+        self._most = max(1, int(_IN_FLIGHT * cores / max(cluster.cpus, 1)))
 
     def start(self, function: Callable[..., Result], *arguments: Any) -> Any:
         """Submit `function(*arguments)`; returns a task for `finished`, `result` and `cancel`."""
@@ -176,7 +189,7 @@ def _run(arguments: Sequence[str], folder: Path, log: Path, place: str) -> int:
 
 def _most_on_one(nodes: Sequence[Mapping[str, Any]], cluster: Cluster) -> int:
     """How many tasks a machine of the cluster has at once, at most."""
-    per_task = {"CPU": cluster.cpus_per_task or 1, "GPU": cluster.gpus_per_task}
+    per_task = {"CPU": cluster.cpus or 1, "GPU": cluster.gpus}
     return max(
         min(
             math.floor(node["Resources"].get(kind, 0) / amount)

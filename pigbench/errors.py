@@ -65,3 +65,14 @@ def require(config: object, holds: Callable[[Any], bool], rule: str, *fields: st
             raise UserError(f"{field} is {value}: it must be a finite number")
         if not holds(value):
             raise UserError(f"{field} is {value}: it must be {rule}")
+
+
+def require_left_out(config: object, where: str, *fields: str) -> None:
+    """Raise `UserError` for the first of `fields` that was given, for it has no effect `where`.
+
+    Fields that were not given are None, False or empty.
+    """
+    for field in fields:
+        value = getattr(config, field)
+        if value is not None and value is not False and value != ():
+            raise UserError(f"{field} has no effect {where}: leave it out")

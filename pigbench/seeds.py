@@ -28,15 +28,16 @@ def key(seed: int) -> "jax.Array":
     return jax.random.key(check(seed), impl="threefry2x32")
 
 
-Seed = Annotated[
-    int,
-    pydantic.AfterValidator(check),
-    PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="INT",
-        instance_from_str=lambda words: check(int(words[0])),
-        is_instance=lambda value: isinstance(value, int),
-        str_from_instance=lambda seed: [str(seed)],
-    ),
-]
+_OPTION = PrimitiveConstructorSpec(
+    nargs=1,
+    metavar="INT",
+    instance_from_str=lambda words: check(int(words[0])),
+    is_instance=lambda value: value is None or isinstance(value, int),
+    str_from_instance=lambda seed: [str(seed)],
+)
+
+Seed = Annotated[int, pydantic.AfterValidator(check), _OPTION]
 """A seed as a field: command lines and suite files with an invalid one are rejected."""
+
+OptionalSeed = Annotated[int | None, _OPTION]
+"""A seed as a field of a command, None where it is not given."""

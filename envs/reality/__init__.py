@@ -8,10 +8,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pigbench.errors import require
+
+_DELAY = "a whole number of control steps, at least 0"
+
+
+def _is_delay(steps: int) -> bool:
+    return isinstance(steps, int | np.integer) and steps >= 0
+
 
 @dataclass(frozen=True)
 class PoseEstimate:
     """The error of an estimated pose; if all fields are 0, the estimate is exact.
+
+    Raises UserError if a field is out of range.
 
     Attributes:
         position_noise: metres, standard deviation of each coordinate in every frame.
@@ -37,10 +47,19 @@ class PoseEstimate:
     occluded_dropout: float = 0.0
     latency: int = 0
 
+    def __post_init__(self) -> None:
+        probabilities = "misregistration", "dropout", "occluded_dropout"
+        errors = "position_noise", "yaw_noise", "position_bias", "yaw_bias", "misregistration_bias"
+        require(self, lambda x: x >= 0, "at least 0", *errors, "occlusion_distance")
+        require(self, lambda x: 0 <= x <= 1, "a probability, from 0 to 1", *probabilities)
+        require(self, _is_delay, _DELAY, "latency")
+
 
 @dataclass(frozen=True)
 class Variation:
     """How far an episode's dynamics may deviate from the model's; 0 means not at all.
+
+    Raises UserError if a field is out of range.
 
     Attributes:
         friction: the largest relative change of the friction of all contacts.
@@ -50,10 +69,15 @@ class Variation:
     friction: float = 0.0
     mass: float = 0.0
 
+    def __post_init__(self) -> None:
+        require(self, lambda x: 0 <= x < 1, "at least 0 and below 1", "friction", "mass")
+
 
 @dataclass(frozen=True)
 class Reality:
     """The imperfections, each of which may be set to zero.
+
+    Raises UserError if a field is out of range.
 
     Attributes:
         estimate: how the cubes' poses are estimated.
@@ -64,6 +88,9 @@ class Reality:
     estimate: PoseEstimate = field(default_factory=PoseEstimate)
     action_delay: int = 0
     variation: Variation = field(default_factory=Variation)
+
+    def __post_init__(self) -> None:
+        require(self, _is_delay, _DELAY, "action_delay")
 
 
 REAL = Reality(

@@ -40,7 +40,8 @@ class Sizes:
     engines: tuple[str, ...] = ()
     """Physics engines, by default all; generation and evaluation use the first."""
     simulations: tuple[int, ...] = tuple(4**power for power in range(4, 11))
-    """Simulations at once, as long as more of them give more control steps per second."""
+    """Simulations at once, as long as more of them give more control steps per second. Where an
+    engine is slow, which MJX's are on a CPU, they are 1 and 16 instead."""
     generation: int = 4096
     """Simulations at once during data generation."""
     episodes: int = 50
@@ -63,6 +64,7 @@ class Sizes:
         require(self, lambda x: x > 0, "more than 0", "seconds")
         counts = "simulations", "seeds", "cpu_seeds"
         require(self, lambda many: all(x >= 1 for x in many), "numbers from 1", *counts)
+        require(self, lambda names: names, "one name or more", "environments", "methods")
 
 
 def rows(sizes: Sizes) -> list[Row]:

@@ -134,7 +134,7 @@ class DataPush:
     data: Path
     """Folder of the data set."""
     private: bool = False
-    """Create a repository that others cannot see."""
+    """Create a repository that others cannot see; an existing one stays as it is."""
     license: str = card.LICENSE
     """Licence for the card, if there is no card yet."""
 

@@ -14,9 +14,9 @@ from pigbench.data import collect, remote
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
-from pigbench.envs.oracles import POLICIES
+from pigbench.envs.oracles import POLICIES, ScriptedPolicy
 from pigbench.envs.physics.mujoco import MujocoPhysics
-from pigbench.errors import UserError, lookup, require
+from pigbench.errors import UserError, lookup, require, require_left_out
 from pigbench.provenance import package_versions
 from pigbench.seeds import Seed
 from pigbench.support import files, memory, typed
@@ -40,16 +40,17 @@ class Generate:
     """Folder of the data set."""
     policy: str | None = None
     """Scripted policy: play follows noisy plans, noisy reacts to the scene with noisy actions,
-    replan plans anew at every step, like a robot that has only estimates. By default the
-    environment's own, which is play for all but cube-centre."""
+    replan plans anew for the only cube at every step, like a robot that has only estimates. By
+    default the environment's own, which is play for all but cube-centre."""
     episodes: int = 1000
     """Episodes in the training split."""
     validation_episodes: int | None = None
     """Episodes in the validation split; by default a tenth of the training split."""
     seed: Seed = 0
     """Seed of all random numbers."""
-    episode_length: int = EPISODE_ROWS
-    """Rows per episode; replan ends its episodes itself, after at most 301 rows."""
+    episode_length: int | None = None
+    """Rows per episode, by default 1,001 as in OGBench; replan ends its episodes itself, after at
+    most 301 rows."""
     compact: bool = False
     """Leave out qpos and qvel, which no method trains on, to halve the size."""
     episodes_per_shard: int | None = None
@@ -70,24 +71,28 @@ class Generate:
             raise UserError(
                 f"validation_episodes is {self.validation_episodes}: it must be 0 or more"
             )
+        policy = POLICIES[self._policy()]
+        policy.check(envs.get(self.environment))
+        if policy.episode_rows:
+            where = f"with policy {self._policy()!r}, which ends its episodes itself"
+            require_left_out(self, where, "episode_length")
         memory.require_for(self._episodes_per_shard())
 
     def run(self) -> None:
         """Generate the missing shards."""
-        named = envs.get(self.environment).policy
-        name = named if self.policy is None else self.policy
-        policy = lookup("policy", POLICIES, name)
         files.require_folder(self.out)
         env = envs.make(self.environment, engine=self.engine, profile=self.physics)
+        policy = POLICIES[self._policy()](env.spec, env.scene)
+        length = self.episode_length or EPISODE_ROWS
         spec = Spec(
             environment=self.environment,
-            policy=name,
+            policy=self._policy(),
             physics=self.physics,
             engine=self.engine,
             seed=self.seed,
             episodes={"train": self.episodes, "val": self._validation_episodes()},
             episodes_per_shard=self._episodes_per_shard(),
-            rows_per_episode=0 if policy.episode_rows else self.episode_length,
+            rows_per_episode=0 if policy.episode_rows else length,
             fields=collect.COMPACT if self.compact else collect.FIELDS,
             layout=env.layout,
             action_size=env.action_size,
@@ -95,23 +100,32 @@ class Generate:
             settings=settings.in_force(),
         )
         if not self.out.exists():  # otherwise only the missing shards count
-            most = collect.most_rows(policy, self.episode_length)
+            most = collect.most_rows(policy, length)
             every = sum(spec.episodes.values()) * most
             collect.require_room(env, spec.fields, every, self.out)
         with only_writer(self.out):
             writer = Writer(self.out, spec)
             if writer.missing():
-                with self._source(env, spec) as source:
+                with self._source(env, policy, spec) as source:
                     collect.write_missing(env, policy, spec, writer, source)
         print(typed.complete(self.out, seen_by="data info"))
 
     @contextlib.contextmanager
-    def _source(self, env: "envs.CubeEnv", spec: Spec) -> Iterator[collect.Source]:
+    def _source(
+        self, env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec
+    ) -> Iterator[collect.Source]:
         if self.cluster.ray is None:
-            yield collect.local_source(env, POLICIES[spec.policy](env.spec, env.scene), spec)
+            yield collect.local_source(env, policy, spec)
         else:
             with self.cluster.connected() as tasks:
                 yield remote.source(spec, tasks)
+
+    def _policy(self) -> str:
+        """The name of the scripted policy. Raises UserError if there is none of that name."""
+        usual = envs.get(self.environment).policy
+        name = usual if self.policy is None else self.policy
+        lookup("policy", POLICIES, name)
+        return name
 
     def _validation_episodes(self) -> int:
         if self.validation_episodes is None:

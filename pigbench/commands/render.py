@@ -11,7 +11,7 @@ import tyro
 from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
 from pigbench.envs.rendering import Renderer
-from pigbench.errors import require, unknown_own
+from pigbench.errors import require, require_left_out, unknown_own
 from pigbench.evaluation import films
 from pigbench.evaluation.films import Shot
 from pigbench.evaluation.recording import make_recorder
@@ -49,10 +49,10 @@ class Render:
     """File of the picture (.png) or the film (.mp4)."""
     task: int | None = None
     """Task, counted from 1; by default the first for a picture, and all for a film."""
-    episodes: int = 1
-    """Episodes per task in a film."""
-    checkpoint: str = "last"
-    """Policy of a run: last, best, or that of a training step."""
+    episodes: int | None = None
+    """Episodes per task in a film, by default 1."""
+    checkpoint: str | None = None
+    """Policy of a run: last (the default), best, or that of a training step."""
     seed: Seed = Evaluation.seed
     """Seed of the scene, or of the evaluation."""
     engine: str | None = None
@@ -71,6 +71,7 @@ class Render:
         print(f"{self.out} is drawn")
 
     def _scene(self) -> None:
+        require_left_out(self, "on an environment's picture", "episodes", "checkpoint")
         pictures.check_path(self.out, ".png")
         opengl.choose()
         env = envs.make(self.source, engine=self.engine)
@@ -85,9 +86,10 @@ class Render:
     def _run(self) -> None:
         pictures.check_path(self.out, ".mp4")
         opengl.choose()
-        evaluation = Evaluation(self.episodes, self.seed)
+        episodes = 1 if self.episodes is None else self.episodes
+        evaluation = Evaluation(episodes, self.seed)
         _, env, agent, state = restore(
-            Path(self.source), engine=self.engine, checkpoint=self.checkpoint
+            Path(self.source), engine=self.engine, checkpoint=self.checkpoint or "last"
         )
         tasks = range(1, env.num_tasks + 1) if self.task is None else [self.task]
         for task in tasks:

@@ -33,11 +33,12 @@ class RunSuite:
     out: Path
     """Folder of the suite's data, runs, logs, tables, figures and page."""
     jobs: int = cores.available()
-    """Training runs at once; if there are several, each gets one processor thread."""
+    """Training runs at once; if there are several, each gets one processor thread. With --ray, the
+    cluster limits them, and this only the evaluations in noise, which this machine does."""
     cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
     """Where shards are simulated and cells are trained."""
     dry_run: bool = False
-    """Only print the cells and the time they will take, by rates measured now."""
+    """Only print the cells and the time they will take, by rates measured now on this machine."""
 
     def run(self) -> None:
         """Do the work that is not done yet."""

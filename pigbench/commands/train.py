@@ -18,12 +18,12 @@ from pigbench.commands.parsing import MAY_BE_EMPTY
 from pigbench.data import dataset, homes
 from pigbench.data.dataset import Dataset
 from pigbench.data.defaults import HomeChoice
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError, lookup, require_left_out
 from pigbench.evaluation.settings import Evaluation
 from pigbench.provenance import provenance
 from pigbench.runs.history import record_resumption
 from pigbench.runs.run import Keep, Run, RunConfig, open_run
-from pigbench.seeds import Seed
+from pigbench.seeds import OptionalSeed, Seed
 from pigbench.support import files, typed
 from pigbench.support.lock import only_writer
 from pigbench.training.schedule import Schedule
@@ -56,8 +56,8 @@ class Train:
     """Preset of hyperparameters: paper, or cpu for networks that two cores can train."""
     variant: str = ""
     """Name for these hyperparameters; tables and plots add it to the method's name."""
-    seed: Seed = 0
-    """Seed of the initial parameters, batches and updates."""
+    seed: OptionalSeed = None
+    """Seed of the initial parameters, batches and updates, by default 0."""
     seeds: tuple[Seed, ...] = ()
     """Several seeds instead of one; each is a run in its own folder within --out."""
     vectorized: bool = False
@@ -91,6 +91,14 @@ class Train:
             names.check("the variant", self.variant)
         if len(set(self.seeds)) < len(self.seeds):
             raise UserError(f"seeds names one twice: {', '.join(map(str, self.seeds))}")
+        if self.seeds:
+            require_left_out(self, "beside seeds", "seed")
+        if len(self.seeds) < 2:
+            require_left_out(self, "without several seeds", "vectorized")
+        if self.goals not in (None, self.agent.goals):
+            raise UserError(
+                f"goals is {self.goals!r}, but agent.goals is {self.agent.goals!r}: leave one out"
+            )
         for name in self.logger:
             trackers.get(name)
         self._schedule()  # so that a suite rejects a bad schedule before it begins
@@ -101,11 +109,13 @@ class Train:
         preset = _given(arguments, "--preset", cls.preset)
         named = arguments and not arguments[0].startswith("-")
         method = agents.get(arguments[0]) if named else agents.get(agents.names()[0])
+        agent = _of_kinds(method.preset(preset), arguments, "--agent")
+        goals = _given(arguments, "--goals", agent.goals)
         return cls(
             method=tyro.MISSING,
             data=tyro.MISSING,
             out=tyro.MISSING,
-            agent=_of_kinds(method.preset(preset), arguments, "--agent"),
+            agent=dataclasses.replace(agent, goals=goals),
             preset=preset,
         )
 
@@ -125,11 +135,11 @@ class Train:
         home = homes.choose(self.rows, split)
         rows = homes.open_rows(split, home)
         statistics = Statistics.of(rows.observations)
-        agent = agents.build(self.method, self.agent_config, env.space, statistics=statistics)
+        agent = agents.build(self.method, self.agent, env.space, statistics=statistics)
         origin = provenance(dataset=self.data, dataset_digest=data.digest)
         sharding = Sharding.over_all(
             seeds=len(groups[0]),
-            batch_size=self.agent_config.batch_size,
+            batch_size=self.agent.batch_size,
             data_parallel=self.data_parallel,
         )
         for group in groups:
@@ -158,17 +168,12 @@ class Train:
             for folder in group:
                 print(typed.complete(folder, seen_by="table"))
 
-    @property
-    def agent_config(self) -> AgentConfig:
-        """The method's hyperparameters, with the goals that were asked for."""
-        return dataclasses.replace(self.agent, goals=self.goals) if self.goals else self.agent
-
     def _schedule(self) -> Schedule:
         return Schedule(self.steps, self.log_every, self.evaluate_every)
 
     def _groups(self) -> list[dict[Path, int]]:
         """Folders and seeds of the runs, grouped by what is trained together."""
-        runs = {self.out / str(seed): seed for seed in self.seeds} or {self.out: self.seed}
+        runs = {self.out / str(seed): seed for seed in self.seeds} or {self.out: self.seed or 0}
         return [runs] if self.vectorized else [{folder: seed} for folder, seed in runs.items()]
 
     def config(self, data: Dataset, seed: int) -> RunConfig:
@@ -176,7 +181,7 @@ class Train:
         return RunConfig(
             method=self.method,
             preset=self.preset,
-            agent=dataclasses.asdict(self.agent_config),
+            agent=dataclasses.asdict(self.agent),
             environment=data.spec.environment,
             physics=data.spec.physics,
             dataset_digest=data.digest,

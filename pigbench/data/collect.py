@@ -57,7 +57,7 @@ class Simulation(NamedTuple):
 
 def write_missing(
     env: "envs.CubeEnv",
-    policy: ScriptedPolicy | type[ScriptedPolicy],
+    policy: ScriptedPolicy,
     spec: Spec,
     writer: Writer,
     source: Source,

@@ -1,6 +1,6 @@
 """The quality of an episode with one cube, judged by observations, which robot logs have too."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,7 @@ from jaxtyping import Float, Real
 from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.envs.units import metres
-from pigbench.errors import UserError, require
+from pigbench.errors import UserError, lookup, require
 from pigbench.layout import Layout
 
 FELT = 0.1
@@ -42,6 +42,11 @@ class Limits:
 
     def __post_init__(self) -> None:
         require(self, lambda x: x >= 0, "at least 0", *vars(self))
+        if self.min_rows > self.max_rows:
+            raise UserError(
+                f"min_rows is {self.min_rows}: it must be at most max_rows, which is "
+                f"{self.max_rows}"
+            )
 
 
 @dataclass(frozen=True)
@@ -56,8 +61,14 @@ class JudgedColumns:
 
 @dataclass(frozen=True)
 class Criterion:
-    """A measure of an episode, whether it is good enough, and a description of the limit."""
+    """A measure of an episode, whether it is good enough, and what that depends on.
 
+    Attributes:
+        fields: the fields of `Limits` that it looks at.
+        limit: a description of these limits.
+    """
+
+    fields: tuple[str, ...]
     measure: Callable[[JudgedColumns, Limits], float]
     good: Callable[[float, Limits], bool]
     limit: Callable[[Limits], str]
@@ -91,27 +102,42 @@ def drops(episode: JudgedColumns, limits: Limits) -> float:
 
 CRITERIA: Mapping[str, Criterion] = {
     "success": Criterion(
+        ("within",),
         closest,
         lambda value, limits: value <= limits.within,
         lambda limits: f"brought to within {limits.within:g} m of the goal, or away",
     ),
     "jerk": Criterion(
+        ("max_jerk",),
         jerk,
         lambda value, limits: value <= limits.max_jerk,
         lambda limits: f"at most {limits.max_jerk:g} rad/s^3",
     ),
     "length": Criterion(
+        ("min_rows", "max_rows"),
         lambda episode, limits: float(len(episode.cube)),
         lambda value, limits: limits.min_rows <= value <= limits.max_rows,
         lambda limits: f"{limits.min_rows:,} to {limits.max_rows:,} rows",
     ),
     "drops": Criterion(
+        ("max_drops",),
         drops,
         lambda value, limits: value <= limits.max_drops,
         lambda limits: f"at most {limits.max_drops}",
     ),
 }
 """The criteria by name; this table determines what is measured and what is good enough."""
+
+
+def check(criteria: Collection[str], limits: Limits) -> None:
+    """Raise UserError for an unknown criterion, or a limit that was set for none of them."""
+    for name in criteria:
+        lookup("criterion", CRITERIA, name)
+    usual = Limits()
+    for name, criterion in CRITERIA.items():
+        for field in criterion.fields:
+            if name not in criteria and getattr(limits, field) != getattr(usual, field):
+                raise UserError(f"{field} has no effect without criterion {name!r}: leave it out")
 
 
 def episode(

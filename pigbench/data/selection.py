@@ -16,7 +16,7 @@ from pigbench.data.manifest import Spec
 from pigbench.data.quality import CRITERIA, Limits
 from pigbench.data.shard import FieldArray
 from pigbench.data.writer import Writer
-from pigbench.errors import UserError, lookup
+from pigbench.errors import UserError
 from pigbench.layout import Layout
 from pigbench.support import files
 from pigbench.support.lock import only_writer
@@ -45,10 +45,10 @@ class Judged(NamedTuple):
 def judge(dataset: Dataset, criteria: Collection[str], limits: Limits) -> list[Judged]:
     """Judge every episode of the data set by the named criteria.
 
-    Raises UserError for an unknown name or a data set whose episodes cannot be judged.
+    Raises UserError for an unknown name, a limit of another criterion, or a data set whose episodes
+    cannot be judged.
     """
-    for name in criteria:
-        lookup("criterion", CRITERIA, name)
+    quality.check(criteria, limits)
     spec = envs.get(dataset.spec.environment)
     if len(spec.tasks) != 1 or spec.num_cubes != 1:
         raise UserError(

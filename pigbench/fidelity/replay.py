@@ -14,7 +14,6 @@ from pigbench import envs
 from pigbench.envs.contact import CARRYING, FREE, TOUCHING
 from pigbench.envs.cubes import CUBE_HALF_SIZE
 from pigbench.envs.observation import (
-    PAD_FORCE_SCALE,
     cube_poses,
     gripper_contact,
     gripper_opening,
@@ -22,6 +21,7 @@ from pigbench.envs.observation import (
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
 from pigbench.envs.spec import SUCCESS_DISTANCE
+from pigbench.envs.units import PAD_FORCE_SCALE
 from pigbench.fidelity.recording import PeerRecording
 
 WINDOW = 50  # control steps

@@ -62,7 +62,8 @@ class Scoring:
     checkpoint: str = "last"
     """Evaluations that count: last, last-three (averaged), or best (by the mean over seeds)."""
     over: str = "environments"
-    """Numbers per run when environments are pooled: one (environments) or one per task (tasks)."""
+    """Numbers per run when environments are pooled (aggregate, improvement, box and profile): one
+    (environments) or one per task (tasks)."""
     bootstrap_seed: Seed = 0
     """Seed of the bootstrap for the intervals."""
     first_episodes: int | None = None

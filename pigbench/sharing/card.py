@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pigbench import envs
+from pigbench.envs import terms
 from pigbench.envs.control import ACTION_SCALE, ACTION_SIZE
 from pigbench.envs.scene import CONTROL_STEP
 from pigbench.layout import Layout
@@ -53,7 +54,5 @@ def observation_table(environment: str, layout: Layout) -> str:
 
 
 def _meanings(environment: str) -> Mapping[str, str]:
-    from pigbench.envs.observation import table
-
     spec = envs.SPECS.get(environment)
-    return {term.name: term.meaning for term in table(spec.num_cubes)} if spec else {}
+    return {term.name: term.meaning for term in terms.table(spec.num_cubes)} if spec else {}

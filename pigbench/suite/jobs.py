@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pigbench.envs.scripted import SCRIPTED
+from pigbench.errors import lookup
 from pigbench.suite.spec import Environment, Suite, SuiteCell
 
 
@@ -40,9 +42,10 @@ def _generation(suite: Suite, environment: Environment, name: str, folder: Path)
         "physics": data.physics,
         "seed": data.seed,
         "episodes": -(-environment.transitions // data.episode_transitions),
-        "episode-length": data.episode_transitions + 1,
         "compact": data.compact,
     }
+    if not lookup("policy", SCRIPTED, data.policy).ends_episodes:
+        options["episode-length"] = data.episode_transitions + 1
     if data.validation_episodes is not None:
         options["validation-episodes"] = data.validation_episodes
     return Job(name, folder, ("generate", environment.name, *_flags(options)))

@@ -145,7 +145,7 @@ def _write_run(folder: Path, data_folder: Path, env: envs.CubeEnv) -> None:
     command = cli.parse(shlex.split(f"{TRAIN} --data {data_folder} --out {folder}"))
     data = dataset.load(data_folder)
     statistics = Statistics.of(Rows.from_split(data.split("train")).observations)
-    agent = agents.build(command.method, command.agent_config, env.space, statistics=statistics)
+    agent = agents.build(command.method, command.agent, env.space, statistics=statistics)
     state = agents.create(agent, jax.random.key(0))
     origin = provenance(dataset=data_folder, dataset_digest=data.digest)
     run = open_run(folder, command.config(data, 0), origin, statistics)

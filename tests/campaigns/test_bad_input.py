@@ -60,6 +60,12 @@ NAMES = [
     f"{TRAIN} --variant a/b",
     f"{TRAIN} --variant $x$",
     f"{TRAIN} --seeds 1 1",
+    f"{TRAIN} --seed 3 --seeds 0 1",
+    f"{TRAIN} --vectorized",
+    f"{TRAIN} --goals state --agent.goals cubes",
+    f"{GENERATE} --policy replan --episode-length 7",
+    f"{GENERATE} --cpus-per-task 2",
+    "render cube-single --out OUT.png --episodes 2",
     f"{TRAIN} --agent.discont 1",
     f"{TRAIN} --agent.actor-hidden-sizes x",
     "table RUN --show method",
@@ -115,6 +121,7 @@ NAMES = [
     "bench memory --engine",
     "bench generate --physics",
     "parity data --policies",
+    "bench device --out OUT --sizes.methods",
 ]
 MISSING = [
     "data info OUT",

@@ -5,7 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pigbench.envs import observation
+from pigbench.envs import observation, terms
 from pigbench.envs.physics.mujoco import MujocoPhysics
 
 SIZES = {"cube-single": 1, "cube-double": 2, "cube-triple": 3, "cube-quadruple": 4}
@@ -14,7 +14,7 @@ STEPS = {name: 1500 if name == "cube-double" else 400 for name in SIZES}
 
 @pytest.mark.parametrize("num_cubes", [1, 2, 3, 4, 8])
 def test_layout(num_cubes):
-    layout = observation.layout(num_cubes)
+    layout = terms.layout(num_cubes)
     assert layout.size == 28 + 9 * (num_cubes - 1)
     cubes = [f"cube_{i}_{term}" for i in range(num_cubes) for term in ("pos", "quat", "yaw")]
     robot = ["joint_pos", "joint_vel", "effector_pos", "effector_yaw"]
@@ -23,15 +23,15 @@ def test_layout(num_cubes):
 
 
 def test_terms_that_are_not_observed_are_left_out():
-    layout = observation.layout(1, unobserved={"effector_pos"})
-    assert layout == observation.layout(1).subset(set(observation.layout(1)) - {"effector_pos"})
+    layout = terms.layout(1, unobserved={"effector_pos"})
+    assert layout == terms.layout(1).subset(set(terms.layout(1)) - {"effector_pos"})
     assert layout["cube_0_pos"] == slice(16, 19)
 
 
 def test_names_tell_the_robots_terms_from_the_cubes():
-    layout = observation.layout(8)
-    assert list(layout.group("robot")) == [term.name for term in observation.ROBOT_TERMS]
-    assert list(layout.group("objects")) == list(layout)[len(observation.ROBOT_TERMS) :]
+    layout = terms.layout(8)
+    assert list(layout.group("robot")) == [term.name for term in terms.ROBOT_TERMS]
+    assert list(layout.group("objects")) == list(layout)[len(terms.ROBOT_TERMS) :]
     assert list(layout.group("object_positions")) == [f"cube_{i}_pos" for i in range(8)]
     assert list(layout.group("velocities")) == ["joint_vel"]
 
@@ -49,10 +49,9 @@ def stacked_qpos(home: np.ndarray, num_cubes: int) -> np.ndarray:
 def worst_differences(scene, place, name: str, qpos: np.ndarray, qvel: np.ndarray):
     """Largest differences over the states: of the contact number, and of all others."""
     qpos, qvel = np.float32(qpos), np.float32(qvel)
-    built, layout = scene(SIZES[name]), observation.layout(SIZES[name])
-    terms = observation.table(SIZES[name])
+    built, layout = scene(SIZES[name]), terms.layout(SIZES[name])
     states = jax.jit(jax.vmap(MujocoPhysics(built).init))(qpos, qvel)
-    ours = jax.vmap(lambda state: observation.observe(terms, built, state))(states)
+    ours = jax.vmap(lambda state: observation.observe(layout, built, state))(states)
     assert ours.dtype == np.float32
     theirs = [place(name, *state).compute_observation() for state in zip(qpos, qvel, strict=True)]
     difference = np.abs(ours - np.array(theirs))
@@ -94,15 +93,14 @@ def test_stacks_of_play(scene, play, place):
 def test_after_a_control_step(scene, play, ogbench_env):
     """Pinch and contact lag qpos by one substep in both."""
     name = "cube-double"
-    recording, built, layout = play(name, STEPS[name]), scene(2), observation.layout(2)
-    terms = observation.table(2)
+    recording, built, layout = play(name, STEPS[name]), scene(2), terms.layout(2)
     rows = np.linspace(0, len(recording.qpos) - 1, 60).astype(int)
     physics = MujocoPhysics(built)
     qpos, qvel, ctrl = (
         np.float32(x[rows]) for x in (recording.qpos, recording.qvel, recording.ctrl)
     )
     states = jax.vmap(physics.step)(jax.vmap(physics.init)(qpos, qvel), ctrl)
-    ours = jax.vmap(lambda state: observation.observe(terms, built, state))(states)
+    ours = jax.vmap(lambda state: observation.observe(layout, built, state))(states)
     env = ogbench_env(name)
     for row in range(len(rows)):
         env.set_state(qpos[row], qvel[row])
@@ -116,9 +114,9 @@ def test_after_a_control_step(scene, play, ogbench_env):
 
 
 def test_opening_and_contact_are_clipped(scene):
-    built, layout = scene(1), observation.layout(1)
+    built, layout = scene(1), terms.layout(1)
     state = MujocoPhysics(built).init(built.home_qpos)
     state = state.replace(qpos=state.qpos.at[built.driver].set(0.9), pad_force=np.float32(1000.0))
-    observed = observation.observe(observation.table(1), built, state)
+    observed = observation.observe(layout, built, state)
     assert observed[layout["gripper_opening"]] == 3.0
     assert observed[layout["gripper_contact"]] == 1.0

@@ -13,6 +13,7 @@ from pigbench.envs.cubes import MAX_CUBES
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics import MujocoPhysics
+from pigbench.envs.scripted import SCRIPTED, Scripted
 from pigbench.envs.walls import WALLS
 from pigbench.errors import UserError
 
@@ -30,22 +31,35 @@ def make(scene, num_cubes: int) -> CubeEnv:
     return CubeEnv(spec(num_cubes), MujocoPhysics(scene(num_cubes), threads=1))
 
 
-@pytest.mark.parametrize("num_cubes", [5, 6, 7, 9, 12, MAX_CUBES])
-def test_every_policy_acts_with_any_number_of_cubes(scene, num_cubes):
+def test_what_policies_can_do_is_known_without_their_code():
+    able = {
+        name: Scripted(policy.most_cubes, ends_episodes=policy.episode_rows > 0)
+        for name, policy in POLICIES.items()
+    }
+    assert able == SCRIPTED
+
+
+@pytest.mark.parametrize("num_cubes", [1, 2, 5, 6, 7, 9, 12, MAX_CUBES])
+@pytest.mark.parametrize("name", POLICIES)
+def test_every_policy_acts_with_as_many_cubes_as_it_can_move(scene, name, num_cubes):
     env = make(scene, num_cubes)
     key = jax.random.key(0)
+    if num_cubes > POLICIES[name].most_cubes:
+        refusal = f"cube-{num_cubes} has {num_cubes} cubes, and .* moves no more than"
+        with pytest.raises(UserError, match=refusal):
+            POLICIES[name](env.spec, env.scene)
+        return
+    policy = POLICIES[name](env.spec, env.scene)
 
-    def act(name: str) -> tuple[jax.Array, jax.Array]:
-        policy = POLICIES[name](env.spec, env.scene)
+    def act() -> tuple[jax.Array, jax.Array]:
         physics_state = env.random_scene(key)
         memory = policy.reset(key, physics_state)
         after = env.simulate(physics_state, policy.act(key, memory, physics_state))
         memory = policy.advance(key, memory, after)
         return env.observe(after), policy.act(key, memory, after)
 
-    for name in POLICIES:
-        shapes = jax.tree.map(jnp.shape, jax.eval_shape(lambda name=name: act(name)))
-        assert shapes == ((19 + 9 * num_cubes,), (5,))
+    shapes = jax.tree.map(jnp.shape, jax.eval_shape(act))
+    assert shapes == ((19 + 9 * num_cubes,), (5,))
 
 
 def test_nine_cubes_start_at_their_places_and_end_at_their_targets(scene):
@@ -87,6 +101,10 @@ def test_at_home_cubes_rest_beside_each_other_between_the_walls(scene, num_cubes
         ({"episode_length": 0}, "episodes of 0 control steps"),
         ({"stacking": (0.5, 0.2)}, "probability from 0.5 to 0.2"),
         ({"stacking": (0.0, 1.5)}, "probability from 0.0 to 1.5"),
+        (
+            {"policy": "replan"},
+            "'cube-5' has 5 cubes, and its policy 'replan' moves no more than 1",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(changes, message):

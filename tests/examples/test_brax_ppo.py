@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pigbench import envs
-from pigbench.envs.observation import POSITION_SCALE
+from pigbench.envs.units import POSITION_SCALE
 
 
 @pytest.fixture(scope="module")

@@ -192,6 +192,38 @@ WRONG = {
         ["generate", "cube-single", "--out", "D", "--episodes-per-shard", "100000000000"],
         "100,000,000,000 simulations at once take",
     ),
+    "seed beside seeds": (
+        ["train", "gcivl", "--data", "D", "--out", "R", "--seed", "3", "--seeds", "0", "1"],
+        "seed has no effect beside seeds: leave it out",
+    ),
+    "one seed together": (
+        ["train", "gcivl", "--data", "D", "--out", "R", "--seeds", "0", "--vectorized"],
+        "vectorized has no effect without several seeds: leave it out",
+    ),
+    "two kinds of goals": (
+        ["train", "gcivl", "--data", "D", "--out", "R", "--goals", "state", "--agent.goals=cubes"],
+        "goals is 'state', but agent.goals is 'cubes': leave one out",
+    ),
+    "two kinds of goals, the other way round": (
+        ["train", "gcivl", "--data", "D", "--out", "R", "--goals=cubes", "--agent.goals", "state"],
+        "goals is 'cubes', but agent.goals is 'state': leave one out",
+    ),
+    "length of episodes that end themselves": (
+        ["generate", "cube-centre", "--out", "D", "--episode-length", "7"],
+        "episode_length has no effect with policy 'replan', which ends its episodes itself: leave",
+    ),
+    "more cubes than a policy can move": (
+        ["generate", "cube-double", "--out", "D", "--policy", "replan"],
+        "cube-double has 2 cubes, and ReplanPolicy moves no more than 1: choose another policy",
+    ),
+    "shares of no cluster": (
+        ["generate", "cube-single", "--out", "D", "--cpus-per-task", "2"],
+        "cpus_per_task has no effect without ray: leave it out",
+    ),
+    "shares of no cluster, in a suite": (
+        ["suite", "cpu-flat", "--out", "S", "--gpus-per-task", "1"],
+        "gpus_per_task has no effect without ray: leave it out",
+    ),
     "missing option": (["train", "gcivl", "--data", "D"], "--out"),
     "missing data set": (["data", "info", "D"], "pigbench generate"),
     "missing run": (["evaluate", "R"], "pigbench train"),

@@ -96,6 +96,8 @@ def test_a_cluster_that_is_not_there_and_resources_that_cannot_be_are_refused():
         Cluster("127.0.0.1:1").connected().__enter__()
     with pytest.raises(UserError, match="cpus_per_task is -1"):
         Cluster("local", cpus_per_task=-1)
+    with pytest.raises(UserError, match="gpus_per_task has no effect without ray: leave it out"):
+        Cluster(gpus_per_task=0)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from pigbench.errors import UserError, lookup_own, require
+from pigbench.errors import UserError, lookup_own, require, require_left_out
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,6 +20,21 @@ def test_a_value_must_satisfy_its_rule_and_be_finite():
     for value in (math.inf, -math.inf, math.nan):
         with pytest.raises(UserError, match=f"rate is {value}: it must be a finite number"):
             require(Config(value), lambda x: True, "anything", "rate")
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    number: int | None = None
+    flag: bool = False
+    several: tuple[int, ...] = ()
+
+
+@pytest.mark.parametrize("given", [{"number": 0}, {"flag": True}, {"several": (0,)}])
+def test_an_option_without_effect_must_be_left_out(given):
+    fields = "number", "flag", "several"
+    require_left_out(Options(), "here", *fields)
+    with pytest.raises(UserError, match=f"{next(iter(given))} has no effect here: leave it out"):
+        require_left_out(Options(**given), "here", *fields)
 
 
 def test_what_a_file_may_add_is_asked_for():

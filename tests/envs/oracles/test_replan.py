@@ -57,6 +57,22 @@ def test_the_cube_is_brought_to_the_centre_and_away(episodes):
         np.testing.assert_allclose(cubes[rows - 1, number, :2], away[number], atol=0.015)
 
 
+def test_home_is_the_goal_that_all_tasks_share():
+    centre, single = envs.SPECS["cube-centre"], envs.SPECS["cube-single"]
+    elsewhere = replace(centre, tasks=(replace(centre.tasks[0], goal=((0.5, 0.1),)),))
+    assert replan.home(elsewhere) == (0.5, 0.1)
+    assert replan.home(centre) == centre.tasks[0].goal[0]
+    assert replan.home(single) == pytest.approx((0.425, 0.0))  # the centre: its tasks differ
+
+
+def test_the_cube_is_brought_to_a_goal_elsewhere(zero, begun):
+    _, physics = begun
+    tasks = (replace(zero.spec.tasks[0], goal=((0.5, 0.1),)),)
+    policy = ReplanPolicy(replace(zero.spec, tasks=tasks), zero.scene)
+    state = policy.reset(jax.random.key(3), physics)
+    np.testing.assert_allclose(policy.target(state).pos, [0.5, 0.1, 0.02], rtol=1e-6)
+
+
 @pytest.fixture(scope="module")
 def begun(zero, policy):
     key = jax.random.key(3)

@@ -17,12 +17,13 @@ import pytest
 
 from pigbench import envs
 from pigbench.envs import CubeEnv, control
-from pigbench.envs.observation import PAD_FORCE_SCALE, cube_poses
+from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import PlayPolicy
 from pigbench.envs.oracles.play import PlayState
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import SUBSTEPS
 from pigbench.envs.spec import SUCCESS_DISTANCE
+from pigbench.envs.units import PAD_FORCE_SCALE
 
 NAME = "cube-double"
 # Engine -> the profile it is tested on. In JAX every contact that might be costs compilation.

@@ -1,6 +1,6 @@
 """The robot's environment beside the one that it is without its reality."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import jax
 import jax.numpy as jnp
@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from pigbench import envs
-from pigbench.envs.reality import REAL, Reality
+from pigbench.envs.reality import REAL, PoseEstimate, Reality, Variation
 from pigbench.envs.units import metres
+from pigbench.errors import UserError
 
 pytestmark = pytest.mark.usefixtures("users_emitters")
 
@@ -17,6 +18,36 @@ COUNT, STEPS = 4, 6
 KEYS = jax.random.split(jax.random.key(0), COUNT)
 START, GOAL = jnp.array([[0.4, 0.05, 0.02]]), jnp.array([[0.425, 0.0, 0.02]])
 ACTIONS = jax.random.uniform(jax.random.key(1), (STEPS, COUNT, 5), minval=-1, maxval=1)
+
+
+NO_ERRORS = -1e-9, float("nan"), float("inf")
+NO_PROBABILITIES = (*NO_ERRORS, 1.001)
+NO_DELAYS = -1, 1.5, float("nan")
+WRONG = {
+    PoseEstimate: dict.fromkeys(
+        ["position_noise", "yaw_noise", "position_bias", "yaw_bias"], NO_ERRORS
+    )
+    | dict.fromkeys(["misregistration_bias", "occlusion_distance"], NO_ERRORS)
+    | dict.fromkeys(["misregistration", "dropout", "occluded_dropout"], NO_PROBABILITIES)
+    | {"latency": NO_DELAYS},
+    Variation: dict.fromkeys(["friction", "mass"], (*NO_ERRORS, 1.0)),
+    Reality: {"action_delay": NO_DELAYS},
+}
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_what_cannot_be_is_refused(kind):
+    for name, values in WRONG[kind].items():
+        for value in values:
+            with pytest.raises(UserError, match=f"{name} is {value}: it must be "):
+                kind(**{name: value})
+    numbers = {field.name for field in fields(kind) if field.name not in ("estimate", "variation")}
+    assert WRONG[kind].keys() == numbers
+
+
+def test_the_ends_of_the_ranges_are_accepted():
+    PoseEstimate(misregistration=1.0, dropout=1.0, occluded_dropout=1.0, latency=np.int64(0))
+    Variation(friction=0.999, mass=0.0)
 
 
 def roll(env, actions=ACTIONS):

@@ -13,7 +13,7 @@ from pigbench.agents.statistics import Statistics
 from pigbench.analysis import grasps
 from pigbench.envs import workspace
 from pigbench.envs.kinematics import inverse
-from pigbench.envs.observation import layout
+from pigbench.envs.terms import layout
 from pigbench.fidelity import peer
 
 STEPS = 5

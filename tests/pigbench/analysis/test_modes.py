@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pigbench.analysis.modes import contact_modes
-from pigbench.envs.observation import layout
+from pigbench.envs.terms import layout
 
 LAYOUT = layout(2)
 

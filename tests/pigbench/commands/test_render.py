@@ -59,6 +59,14 @@ WRONG = {
     "no run": ([".", "--out", "x.mp4"], "is not a run"),
     "odd size": (["cube-single", "--out", "x.png", "--size.width", "63"], "even number"),
     "huge size": (["cube-single", "--out", "x.png", "--size.width", "99998"], "from 2 to 8192"),
+    "episodes of a picture": (
+        ["cube-single", "--out", "x.png", "--episodes", "1"],
+        "episodes has no effect on an environment's picture: leave it out",
+    ),
+    "checkpoint of a picture": (
+        ["cube-single", "--out", "x.png", "--checkpoint", "last"],
+        "checkpoint has no effect on an environment's picture: leave it out",
+    ),
     "environment of a file": (["cube-mine", "--out", "x.png"], "add --plugin FILE"),
 }
 

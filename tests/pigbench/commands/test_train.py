@@ -39,6 +39,11 @@ def test_an_option_has_the_constants_of_its_kind(arguments, option, expected):
     assert getattr(agent(arguments), option) == expected
 
 
+def test_goals_may_be_asked_for_in_short():
+    assert agent("gcivl --goals cubes").goals == agent("gcivl --agent.goals cubes").goals == "cubes"
+    assert agent("gcivl --goals cubes --agent.goals cubes").goals == "cubes"
+
+
 def test_kinds_are_chosen_at_each_level():
     low = agent("h-flow-gcivl --agent.low.regularizer.kind hjb --agent.low.expectile 0.7").low
     assert (low.regularizer, low.expectile) == (HJBRegularizer(), 0.7)

@@ -11,7 +11,7 @@ from pigbench.data import dataset, manifest, quality, selection
 from pigbench.data.manifest import Spec
 from pigbench.data.quality import CRITERIA, JudgedColumns, Limits
 from pigbench.data.writer import Writer
-from pigbench.envs.observation import layout
+from pigbench.envs.terms import layout
 from pigbench.errors import UserError
 from pigbench.layout import Layout
 
@@ -147,6 +147,12 @@ def test_good_episodes_are_kept_as_they_are(tmp_path, capsys):
     [
         (["--criteria", "sucess"], "cube-centre", "did you mean 'success'"),
         (["--min-rows", "60"], "cube-centre", "no training episode of .* passes success, jerk"),
+        (["--min-rows", "271"], "cube-centre", "min_rows is 271: it must be at most max_rows,"),
+        (
+            ["--criteria", "success", "--max-jerk", "7"],
+            "cube-centre",
+            "max_jerk has no effect without criterion 'jerk': leave it out",
+        ),
         ([], "cube-single", "judged by the only goal of one cube"),
     ],
 )

@@ -13,6 +13,7 @@ def test_data_is_generated_in_whole_episodes(suite):
     command = cli.parse(job.arguments)
     assert (command.environment, command.out) == ("cube-single", OUT / "data/cube-single")
     assert (command.episodes, command.validation_episodes) == (2, 2)  # 1,000 transitions each
+    assert command.episode_length == 1001
     (job,) = jobs.preparation(suite, double, OUT)
     command = cli.parse(job.arguments)
     assert (command.out, command.episodes) == (Path("elsewhere/double"), 100)
@@ -27,6 +28,7 @@ def test_data_is_filtered_if_the_suite_says_so():
     collect, keep = jobs.preparation(suite, suite.environments[0], OUT)
     command = cli.parse(collect.arguments)
     assert (command.policy, command.episodes, command.out) == ("replan", 371, collect.folder)
+    assert command.episode_length is None  # it ends its episodes itself
     command = cli.parse(keep.arguments)
     assert (command.folder, command.out) == (collect.folder, OUT / "data/cube-centre")
     assert keep.after == collect.name != keep.name == jobs.data_job(suite.environments[0])
