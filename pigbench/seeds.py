@@ -21,11 +21,15 @@ def check(seed: int) -> int:
     return seed
 
 
+IMPLEMENTATION = "threefry2x32"
+"""JAX's implementation of random keys here, whatever its default is."""
+
+
 def key(seed: int) -> "jax.Array":
-    """The random key of a seed: Threefry's, whatever JAX's default is."""
+    """The random key of a seed. Raises UserError like `check`."""
     import jax  # here, because some commands do without it
 
-    return jax.random.key(check(seed), impl="threefry2x32")
+    return jax.random.key(check(seed), impl=IMPLEMENTATION)
 
 
 _OPTION = PrimitiveConstructorSpec(

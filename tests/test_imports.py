@@ -1,4 +1,4 @@
-"""Which part of the code may import which, wherever in a file it does."""
+"""Which part of the code may import which, wherever in a file it does, and how it makes keys."""
 
 import ast
 import graphlib
@@ -74,3 +74,19 @@ def test_no_files_import_each_other_in_a_circle():
 def test_agents_and_environments_do_without_each_other(one, other):
     own = [name for name in CODE if within(name, one)]
     assert not [name for name in own if any(within(what, other) for what in imported(CODE[name]))]
+
+
+KEYS = ("jax.random.key", "jax.random.PRNGKey", "jax.random.wrap_key_data")
+
+
+def test_no_random_key_is_of_jaxs_default_implementation():
+    """For that may be another on each machine."""
+    made = [
+        f"{name}, line {node.lineno}: {ast.unparse(node)}"
+        for name, path in CODE.items()
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call)
+        and ast.unparse(node.func) in KEYS
+        and "impl" not in {keyword.arg for keyword in node.keywords}
+    ]
+    assert not made

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float, Int, PRNGKeyArray, UInt32
 
+from pigbench import seeds
 from pigbench.envs.control import ACTION_SIZE
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.reality import Reality, delay, estimate, variation
@@ -17,7 +18,7 @@ from pigbench.envs.scene import Scene
 class Senses:
     """The state of an episode's imperfections."""
 
-    key: UInt32[Array, "2"]  # raw numbers, because Brax's wrappers and others expect such arrays
+    key: UInt32[Array, "2"]  # Threefry's words, because Brax's wrappers and others expect arrays
     time: Int[Array, ""]  # control steps, folded into the key for the next draws
     track: estimate.Track
     actions: Float[Array, "delay action"]  # requested and not yet executed
@@ -36,7 +37,7 @@ def begin(key: PRNGKeyArray, reality: Reality, scene: Scene, physics: PhysicsSta
     factors_key, track_key, key = jax.random.split(key, 3)
     physics = replace(physics, factors=variation.draw(factors_key, reality.variation))
     senses = Senses(
-        key=jax.random.key_data(key),
+        key=jax.random.key_data(key)[:2],  # a user's own may be of another implementation
         time=jnp.zeros((), jnp.int32),
         track=estimate.begin(track_key, reality.estimate, scene, physics),
         actions=delay.begin(jnp.zeros(ACTION_SIZE), reality.action_delay),
@@ -52,7 +53,8 @@ def act(senses: Senses, action: Float[Array, "action"]) -> tuple[Senses, Float[A
 
 def look(reality: Reality, scene: Scene, senses: Senses, physics: PhysicsState) -> Senses:
     """The senses after a control step that led to `physics`."""
-    key = jax.random.fold_in(jax.random.wrap_key_data(senses.key), senses.time)
+    key = jax.random.wrap_key_data(senses.key, impl=seeds.IMPLEMENTATION)
+    key = jax.random.fold_in(key, senses.time)
     track = estimate.advance(key, reality.estimate, scene, senses.track, physics)
     return replace(senses, time=senses.time + 1, track=track)
 

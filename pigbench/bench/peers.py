@@ -7,7 +7,7 @@ from functools import partial
 import jax
 import numpy as np
 
-from pigbench import envs
+from pigbench import envs, seeds
 from pigbench.bench.timing import Contender
 from pigbench.bench.training import untrained
 from pigbench.data.defaults import EPISODE_ROWS
@@ -36,7 +36,7 @@ def evaluation(ours: "envs.CubeEnv", method: str, preset: str) -> Contender:
             task = 1 + episode % ours.num_tasks
             observation, info = env.reset(seed=episode, options={"task_id": task})
             goal = np.asarray(info["goal"], np.float32)
-            for key in jax.random.split(jax.random.key(episode), ours.episode_length):
+            for key in jax.random.split(seeds.key(episode), ours.episode_length):
                 action = act(params, np.asarray(observation, np.float32), goal, key)
                 observation, *_ = env.step(np.asarray(action))
                 yield

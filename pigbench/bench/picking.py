@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Key
 
-from pigbench import envs
+from pigbench import envs, seeds
 from pigbench.envs import control
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import PlayPolicy
@@ -76,7 +76,7 @@ def pick_and_place(env: "envs.CubeEnv", count: int) -> Picks:
         distances = jnp.linalg.norm(placed - memory.target.pos, axis=-1)
         return distances, end.diverged, way
 
-    distances, diverged, (active, *way) = jax.device_get(play(jax.random.key(3)))
+    distances, diverged, (active, *way) = jax.device_get(play(seeds.key(3)))
     times, simulations = np.nonzero(active)
     some = np.linspace(0, len(times) - 1, min(_STATES, len(times)), dtype=int)
     return Picks(distances, diverged, *(array[times[some], simulations[some]] for array in way))

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import jax
 
-from pigbench import agents, envs
+from pigbench import agents, envs, seeds
 from pigbench.agents import Statistics
 from pigbench.bench.timing import Contender, Timing
 from pigbench.bench.turns import Turns, take_turns
@@ -76,7 +76,7 @@ def _serve(connection: Connection, folder: Path, home: str) -> None:
     env = envs.make(data.spec.environment)
     config = agents.get(_METHOD).preset(_PRESET)
     agent = agents.build(_METHOD, config, env.space, statistics=Statistics.of(rows.observations))
-    init_key, key = jax.random.split(jax.random.key(0))
+    init_key, key = jax.random.split(seeds.key(0))
     state, done = agents.create(agent, init_key), 0
     with batches.of(rows, agent, key) as source:
         updates = make_updates(agent, key, source)

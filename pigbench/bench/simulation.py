@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Shaped
 from mujoco.batch import Batch
 
-from pigbench import envs
+from pigbench import envs, seeds
 from pigbench.bench.timing import Contender
 from pigbench.bench.training import untrained
 from pigbench.data import collect
@@ -78,7 +78,7 @@ def _under_way(env: "envs.CubeEnv", simulations: int) -> tuple[Run, Simulation]:
     policy = POLICIES["play"](env.spec, env.scene)
     run = jax.jit(lambda batch: collect.run(env, policy, batch, steps=_CHUNK))
     begin = jax.jit(jax.vmap(lambda key: collect.begin(env, policy, key, jnp.zeros((), bool))))
-    start = begin(jax.random.split(jax.random.key(0), simulations))
+    start = begin(jax.random.split(seeds.key(0), simulations))
     for _ in range(_BEFORE // _CHUNK):
         start, _ = run(start)
     return run, start
@@ -122,7 +122,7 @@ def evaluation(
 
 def steps(env: "envs.CubeEnv", simulations: int, *, name: str) -> Contender:
     """Control steps of tasks under random actions; an item is one simulation's control step."""
-    key = jax.random.key(0)
+    key = seeds.key(0)
     states = jax.jit(jax.vmap(env.reset))(jax.random.split(key, simulations))
 
     @jax.jit

@@ -10,6 +10,7 @@ from pigbench.agents import Agent, AgentConfig, Params, Statistics
 from pigbench.bench.timing import Contender, Timing
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.sampler import Rows
+from pigbench.seeds import key as seed_key
 from pigbench.training.batches import Drawn
 from pigbench.training.updates import join, make_updates
 
@@ -51,7 +52,7 @@ def updates(
 
     Seeds are trained together; an item is one seed's update.
     """
-    keys = [jax.random.split(jax.random.key(seed)) for seed in range(seeds)]
+    keys = [jax.random.split(seed_key(seed)) for seed in range(seeds)]
     agent = agents.build(method, config, env.space, statistics=_standard(env))
     key = join([step_key for _, step_key in keys])
     run = make_updates(agent, key, Drawn(rows, agent))
@@ -69,7 +70,7 @@ def untrained(env: "envs.CubeEnv", method: str, preset: str) -> tuple[Agent, Par
     """A method's agent at a preset, with initial parameters."""
     config = agents.get(method).preset(preset)
     agent = agents.build(method, config, env.space, statistics=_standard(env))
-    return agent, agents.create(agent, jax.random.key(0)).params
+    return agent, agents.create(agent, seed_key(0)).params
 
 
 def _standard(env: "envs.CubeEnv") -> Statistics:

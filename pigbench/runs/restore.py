@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import jax
 
-from pigbench import agents, envs
+from pigbench import agents, envs, seeds
 from pigbench.agents import Agent, AgentConfig, TrainState, stored
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
@@ -43,7 +43,7 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
 
     with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
         step = _step(run, sorted(checkpoints.steps()), checkpoint)
-        like = jax.eval_shape(partial(agents.create, agent), jax.random.key(0))
+        like = jax.eval_shape(partial(agents.create, agent), seeds.key(0))
         state = checkpoints.restore(like, step)
     return Trained(run, env, agent, state)
 

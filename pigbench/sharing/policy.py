@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key, Shaped
 
-from pigbench import xla
+from pigbench import seeds, xla
 from pigbench.agents import Agent, Params
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
@@ -54,7 +54,8 @@ parameters = load_file("{parameters}")
 with open("{act}", "rb") as file:
     act = jax.jit(jax.export.deserialize(bytearray(file.read())).call)
 # observations and goals: (batch, {size}) in float32; actions: (batch, {action_size})
-actions = act(parameters, observations, goals, jax.random.key(0))
+key = jax.random.key(0, impl="{implementation}")
+actions = act(parameters, observations, goals, key)
 """
 
 
@@ -98,7 +99,7 @@ def serialize(agent: Agent, params: Params) -> bytes:
 
     (batch,) = jax.export.symbolic_shape("batch")
     states = jax.ShapeDtypeStruct((batch, agent.observation_size), jnp.float32)
-    parameters, key = jax.eval_shape(lambda: (by_path(params), jax.random.key(0)))
+    parameters, key = jax.eval_shape(lambda: (by_path(params), seeds.key(0)))
     with _without_places():
         exported = jax.export.export(jax.jit(act), platforms=_PLATFORMS)(
             parameters, states, states, key
@@ -180,6 +181,7 @@ def _card(trained: Trained, about: Mapping[str, Any], license: str) -> str:
         act=ACT_FILE,
         size=agent.observation_size,
         action_size=agent.action_size,
+        implementation=seeds.IMPLEMENTATION,
     )
     return card.card(
         {

@@ -34,19 +34,24 @@ def otherwise():
         yield
 
 
-def test_environments_step_in_single_precision():
-    env = envs.make("cube-double")
+@pytest.mark.parametrize("users_own_key", [False, True])
+@pytest.mark.parametrize("name", ["cube-double", "cube-centre"])
+def test_environments_step_in_single_precision(name, users_own_key):
+    env = envs.make(name)
     with otherwise():
-        state = jax.eval_shape(env.reset, seeds.key(0))
+        key = jax.random.key(0) if users_own_key else seeds.key(0)
+        state = jax.eval_shape(env.reset, key)
         state = jax.eval_shape(env.step, state, jnp.zeros(5))  # as a user's policy acts then
+        keys = {"uint32"} if env.reality else set()
         assert {leaf.dtype for leaf in jax.tree.leaves(state)} == {
-            jnp.dtype(name) for name in ("float32", "int32", "bool")
+            jnp.dtype(name) for name in ("float32", "int32", "bool", *keys)
         }
 
 
-def test_commands_write_the_same(tmp_path):
+@pytest.mark.parametrize("name", ["cube-single", "cube-centre"])
+def test_commands_write_the_same(name, tmp_path):
     def generate(out: Path) -> manifest.Manifest:
-        cli.run(["generate", "cube-single", "--out", str(out), *SMALL])
+        cli.run(["generate", name, "--policy", "play", "--out", str(out), *SMALL])
         return manifest.read(out)  # the files' SHA-256 is in it
 
     plain = generate(tmp_path / "plain")

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 import pytest
 
-from pigbench import cli, xla
+from pigbench import cli, seeds, xla
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
 from pigbench.runs.restore import restore
@@ -86,6 +86,13 @@ def test_the_readmes_lines_act_alike_to_the_bit_without_pigbench(run, exported):
         here = np.asarray(act(trained.state.acting, *pair, jax.random.key(0)))
         assert here.std() > 1e-3
         np.testing.assert_array_equal(there, here)
+
+
+def test_the_program_takes_the_same_keys_whatever_jax_is_set_to(run):
+    trained = restore(run, checkpoint="2")
+    with jax.default_prng_impl("rbg"):
+        program = policy.serialize(trained.agent, trained.state.acting)
+    assert jax.export.deserialize(bytearray(program)).in_avals[-1].dtype == seeds.key(0).dtype
 
 
 def test_parameters_are_those_of_the_checkpoint_under_their_paths(run, exported):
