@@ -92,10 +92,9 @@ class Evaluate:
         old = [episode for episode in episodes.read_any(path) if episode.step == step]
         if not old:
             return
-        engine = old[0].engine or trained.run.config.engine
         what = (
-            f"the {len(old)} episodes of step {step:,} (seed {old[0].seed}, {engine}) by {count} "
-            f"(seed {self.seed}, {trained.env.backend})"
+            f"the {len(old)} episodes of step {step:,} (seed {old[0].seed}, {old[0].engine}) "
+            f"by {count} (seed {self.seed}, {trained.env.backend})"
         )
         if count < len(old) and not self.replace:
             raise UserError(f"this would replace {what}: add --replace to allow it")

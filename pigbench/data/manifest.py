@@ -59,9 +59,8 @@ class Spec:
         action_size: the size of an action.
         versions: versions of the packages that the numbers depend on.
         settings: other settings that they depend on, from `pigbench.settings.in_force`; empty for
-            imported data, and for data from before settings were recorded.
-        origin: what imported or filtered data were made from, and how; data from before there was
-            this field have it among their versions.
+            imported data.
+        origin: what imported or filtered data were made from, and how.
     """
 
     environment: str
@@ -82,8 +81,8 @@ class Spec:
     def as_dict(self) -> dict[str, Any]:
         """The specification in plain types; its layout is the (name, size) of each term.
 
-        An empty origin is left out, so that generated data keep the bytes, and the digest, that
-        they had before there was one.
+        An empty origin is left out, so that generated data have the digests that runs in results/
+        name.
         """
         content = {**dataclasses.asdict(self), "layout": self.layout.terms}
         return content if self.origin else {k: v for k, v in content.items() if k != "origin"}
@@ -175,7 +174,7 @@ def write(folder: Path, manifest: Manifest) -> None:
     """Replace the manifest of the data set in `folder`, and remove the journal."""
     shards = [dataclasses.asdict(record) for record in manifest.shards]
     content = {"format": FORMAT, "spec": manifest.spec.as_dict(), "shards": shards}
-    files.write_json(folder / FILE_NAME, files.sealed(content))
+    files.write_sealed(folder / FILE_NAME, content)
     (folder / JOURNAL).unlink(missing_ok=True)
 
 
@@ -195,11 +194,10 @@ def read(folder: Path) -> Manifest:
         raise UserError(f"{folder} does not exist; make a data set with `pigbench generate`")
     if not path.exists():
         raise UserError(f"{folder} is not a data set: it has no {FILE_NAME}")
-    content = files.read_json(path)
-    version = content.get("format") if isinstance(content, dict) else None
+    content = files.read_sealed(path)
+    version = content.pop("format", None)
     if version != FORMAT:
         raise UserError(f"{path} has format {version!r}; this version reads format {FORMAT}")
-    del content["format"]
     manifest = schema.read(Manifest, content, f"{path} is invalid")
     added = _journal(folder)
     return manifest.with_shards([*manifest.shards, *added]) if added else manifest

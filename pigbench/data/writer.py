@@ -4,7 +4,6 @@ A shard that the manifest lists is complete. Anything else that a crash left beh
 writing resumes.
 """
 
-import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -62,7 +61,7 @@ def _begin(folder: Path, spec: Spec) -> Manifest:
 
 def _continue(folder: Path, spec: Spec) -> Manifest:
     stored = manifest.read(folder)
-    require_same(str(folder), stored.spec.as_dict(), _as_recorded(spec, stored.spec).as_dict())
+    require_same(str(folder), stored.spec.as_dict(), spec.as_dict())
     whole = stored.with_shards(
         record for record in stored.shards if not any(shard.file_problems(folder, record))
     )
@@ -72,11 +71,3 @@ def _continue(folder: Path, spec: Spec) -> Manifest:
         files.remove_folder(folder / part.name)
         files.remove_folder(files.temporary_path(folder / part.name))
     return whole
-
-
-def _as_recorded(spec: Spec, stored: Spec) -> Spec:
-    """`spec` with only the fields that data of `stored`'s age have."""
-    known = dataclasses.replace(spec, settings=stored.settings and spec.settings)
-    if stored.origin:
-        return known
-    return dataclasses.replace(known, versions={**spec.versions, **spec.origin}, origin={})

@@ -17,9 +17,9 @@ class Episode(NamedTuple):
     """One evaluation episode.
 
     `step` is the training step of the evaluated policy, `task` counts from 1, `episode` numbers the
-    episodes of a task, `seed` is the evaluation's. `measures` has the known values of `MEASURES` by
-    name: older files may lack some of them, and a diverged episode has no final distance. `engine`
-    is the physics engine; "" in older files, where it is that of the run's configuration.
+    episodes of a task, `seed` is the evaluation's, `engine` the physics engine. `measures` has the
+    known values of `MEASURES` by name: a diverged episode has no final distance, and a measure may
+    have been added since.
     """
 
     step: int
@@ -27,14 +27,13 @@ class Episode(NamedTuple):
     task_name: str
     episode: int
     seed: int
+    engine: str
     measures: Mapping[str, Value]
-    engine: str = ""
 
 
 # The file's columns and their types: flags are 0 or 1, distances are given to a tenth of a
 # millimetre, and unknown values are empty.
 _WHICH = {name: kind for name, kind in Episode.__annotations__.items() if name != "measures"}
-_KEYS = [name for name in _WHICH if name != "engine"]  # these every file has
 _CHECK = "check"  # a further column: the row's checksum
 _FORMAT: dict[type, Callable[[Any], str]] = {
     int: str,
@@ -57,23 +56,20 @@ def record(path: Path, episodes: Iterable[Episode]) -> None:
         return  # a file without episodes is torn
     steps = {episode.step for episode in new}
     old = [episode for episode in read_any(path) if episode.step not in steps]
-    _write(path, sorted(old + new, key=lambda episode: episode[: len(_KEYS)]))
+    _write(path, sorted(old + new, key=lambda one: (one.step, one.task, one.episode)))
 
 
 def read(path: Path) -> list[Episode]:
     """The episodes in the file (at least one) by step, task and episode.
 
-    The file may lack the engine and measures, except success. Raises UserError if it is torn,
-    altered or invalid.
+    The file may lack measures, except success. Raises UserError if it is torn, altered or invalid.
     """
     text = files.read_text(path)
     with files.explaining_torn(path, csv.Error):
         header, *rows = csv.reader(io.StringIO(text)) if text else [[]]
-    is_checked = header[-1:] == [_CHECK]  # older files have no checksums
-    header = header[:-1] if is_checked else header
-    keys, others = header[: len(_KEYS)], header[len(_KEYS) :]
-    columns = _columns()
-    if keys != _KEYS or "success" not in others or not columns.keys() >= set(others):
+    *header, check = header or [""]
+    columns, needed = _columns(), {*_WHICH, "success"}
+    if check != _CHECK or not needed <= set(header) <= columns.keys():
         raise UserError(
             f"{path} is invalid: its columns are not {','.join(columns)} (for a measure of your "
             "own, add --plugin FILE)"
@@ -82,10 +78,7 @@ def read(path: Path) -> list[Episode]:
         raise UserError(f"{path} is torn: its last row is cut off")
     if not rows:
         raise UserError(f"{path} is torn: it holds no episode")
-    numbered = list(enumerate(rows, start=2))
-    if is_checked:
-        numbered = [(number, _checked(path, number, row)) for number, row in numbered]
-    return [_parse(path, number, header, row) for number, row in numbered]
+    return [_parse(path, line, header, row) for line, row in enumerate(rows, start=2)]
 
 
 def read_any(path: Path) -> list[Episode]:
@@ -145,21 +138,17 @@ def _checksum(row: list[str]) -> str:
     return f"{zlib.crc32(','.join(row).encode()):08x}"
 
 
-def _checked(path: Path, line: int, row: list[str]) -> list[str]:
+def _parse(path: Path, line: int, header: list[str], row: list[str]) -> Episode:
     if row[-1:] != [_checksum(row[:-1])]:
         raise UserError(f"{path} is altered: the checksum of line {line} does not match")
-    return row[:-1]
-
-
-def _parse(path: Path, line: int, header: list[str], row: list[str]) -> Episode:
     columns = _columns()
     try:
         values = {
             name: _PARSE[columns[name]](text)
-            for name, text in zip(header, row, strict=True)
-            if text or name in (*_KEYS, "success")
+            for name, text in zip(header, row[:-1], strict=True)
+            if text or name in (*_WHICH, "success")
         }
-        which = {name: values.pop(name) for name in _WHICH if name in values}
+        which = {name: values.pop(name) for name in _WHICH}
     except (ValueError, KeyError):
         raise UserError(f"{path} is torn: line {line} is not an episode") from None
     return Episode(**which, measures=values)

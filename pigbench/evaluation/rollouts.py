@@ -155,8 +155,8 @@ def as_episodes(
             task_name=task.name,
             episode=episode,
             seed=evaluation.seed,
-            measures=_known({name: array[index, episode] for name, array in outcome.items()}),
             engine=env.backend,
+            measures=_known({name: array[index, episode] for name, array in outcome.items()}),
         )
         for index, task in enumerate(env.spec.tasks)
         for episode in range(evaluation.episodes)

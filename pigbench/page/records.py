@@ -97,7 +97,7 @@ def commands(folders: Sequence[Path]) -> list[Commands]:
         made.append(Commands("Its runs", list(dict.fromkeys(lines))))
     unknown = [str(run.path) for run, own in typed_for if not own]
     if unknown:
-        made.append(Commands("Runs from before commands were recorded", unknown))
+        made.append(Commands("Runs whose commands are not recorded", unknown))
     for folder in filter(is_suite, folders):
         suite = spec.read_kept(folder / spec.KEPT)
         every = [
@@ -119,9 +119,8 @@ def _names(runs: Sequence[Run]) -> list[str]:
 
 
 def _kept(run: Run) -> Iterator[tuple[str, Any]]:
-    """The fields of the run's provenance, with dotted names; empty if there is none."""
-    path = run.provenance_path
-    return flatten(files.read_json(path) if path.exists() else {})
+    """The fields of the run's provenance, with dotted names."""
+    return flatten(files.read_json(run.provenance_path))
 
 
 def _origin(run: Run) -> dict[str, Any]:

@@ -127,7 +127,7 @@ def evaluation(result: Result, steps: Collection[int]) -> dict[str, list[Any]]:
     return {
         EPISODES: sorted(set(counts.values())),
         "evaluation seed": sorted({episode.seed for episode in counted}),
-        "engine": sorted({episode.engine or result.run.config.engine or "" for episode in counted}),
+        "engine": sorted({episode.engine for episode in counted}),
     }
 
 

@@ -104,7 +104,7 @@ class Checkpoints:
                 kept = self._manager.metadata(step).custom_metadata or {}
         except Exception as error:  # Orbax raises many types for a damaged or foreign checkpoint
             raise _unreadable(self.folder / str(step), error) from None
-        if kept.get(_DIGEST) not in (None, _digest(restored)):  # older checkpoints have none
+        if kept.get(_DIGEST) != _digest(restored):
             raise UserError(
                 f"{self.folder / str(step)} is altered: its checksum does not match; "
                 "remove it and train again in the same folder"

@@ -27,7 +27,7 @@ def record_resumption(path: Path, provenance: Mapping[str, Any], *, step: int) -
 
     Returns the first difference, in words; None if there is none.
     """
-    kept = files.read_json(path) if path.exists() else {}
+    kept = files.read_json(path)
     difference = first_difference(_relevant(_latest(kept)), _relevant(provenance))
     if difference is None:
         return None

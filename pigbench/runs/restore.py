@@ -8,7 +8,7 @@ from typing import NamedTuple
 import jax
 
 from pigbench import agents, envs, seeds
-from pigbench.agents import Agent, AgentConfig, TrainState, stored
+from pigbench.agents import Agent, AgentConfig, TrainState
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
 from pigbench.runs.run import CONFIG_FILE, Run, read_run
@@ -51,11 +51,8 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
 def agent_config(run: Run) -> AgentConfig:
     """The run's agent configuration. Raises UserError if it does not fit the method."""
     template = agents.get(run.config.method).config
-    unrecorded = {
-        name: value for name, value in stored.UNRECORDED.items() if hasattr(template, name)
-    }
     what = f"{run.path / CONFIG_FILE} holds no configuration of {run.config.method!r}"
-    return schema.fill(template, {**unrecorded, **run.config.agent}, what)
+    return schema.fill(template, run.config.agent, what)
 
 
 def _step(run: Run, kept: Sequence[int], checkpoint: str) -> int:

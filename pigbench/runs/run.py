@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from pigbench.agents import stored
 from pigbench.errors import UserError
 from pigbench.runs import history
 from pigbench.runs.statistics import write_statistics
@@ -69,12 +68,12 @@ class RunConfig:
     @property
     def goals(self) -> str:
         """The representation of goals that the agent's networks see."""
-        return self.agent.get("goals", stored.UNRECORDED["goals"])
+        return self.agent["goals"]
 
     @property
-    def engine(self) -> str | None:
+    def engine(self) -> str:
         """The physics engine of the run's own evaluations."""
-        return self.evaluation.get("engine")
+        return self.evaluation["engine"]
 
     @property
     def label(self) -> str:
@@ -173,7 +172,7 @@ def open_run(
 
 
 def _write_config(run: Run) -> None:
-    files.write_json(run.path / CONFIG_FILE, files.sealed(dataclasses.asdict(run.config)))
+    files.write_sealed(run.path / CONFIG_FILE, dataclasses.asdict(run.config))
 
 
 def _require_own(path: Path) -> None:
@@ -191,9 +190,9 @@ def read_run(path: Path) -> Run:
     config_path = path / CONFIG_FILE
     if not config_path.exists():
         raise UserError(f"{path} is not a run: it has no {CONFIG_FILE}")
-    content = files.read_json(config_path)
-    config = schema.read(RunConfig, content, f"{config_path} is invalid")
-    for name, value in {"agent.goals": config.goals, "evaluation.engine": config.engine}.items():
-        if not isinstance(value, str | None):
-            raise UserError(f"{config_path} is invalid: {name}: {value!r} is not a name")
-    return Run(path, dataclasses.replace(config, agent=stored.upgraded(config.agent)))
+    config = schema.read(RunConfig, files.read_sealed(config_path), f"{config_path} is invalid")
+    for part, name in {"agent": "goals", "evaluation": "engine"}.items():
+        value = getattr(config, part).get(name)
+        if not isinstance(value, str):
+            raise UserError(f"{config_path} is invalid: {part}.{name}: {value!r} is not a name")
+    return Run(path, config)

@@ -14,16 +14,14 @@ if TYPE_CHECKING:  # tables read runs without agents and JAX
 def write_statistics(path: Path, statistics: "Statistics") -> None:
     """Write them, with a checksum."""
     content = {name: values.tolist() for name, values in statistics._asdict().items()}
-    files.write_json(path, files.sealed(content))
+    files.write_sealed(path, content)
 
 
-def read_statistics(path: Path) -> "Statistics | None":
-    """Read them; None for old runs without any."""
+def read_statistics(path: Path) -> "Statistics":
+    """Read them. Raises UserError if there are none."""
     from pigbench.agents import Statistics
 
-    if not path.exists():
-        return None
-    content = files.read_json(path)
+    content = files.read_sealed(path)
     with files.explaining_torn(path):
         return Statistics(
             **{name: np.asarray(values, np.float32) for name, values in content.items()}

@@ -141,14 +141,10 @@ def describe(trained: Trained) -> dict[str, Any]:
         ],
         "action_size": agent.action_size,
         "config": dataclasses.asdict(run.config),
-        "statistics": _kept(run.statistics_path),
-        "provenance": _kept(run.provenance_path),
+        "statistics": files.read_sealed(run.statistics_path),
+        "provenance": files.read_json(run.provenance_path),
         "exported_with": package_versions(("pigbench", "jax")),
     }
-
-
-def _kept(path: Path) -> Any:
-    return files.read_json(path) if path.exists() else None
 
 
 def _success(trained: Trained) -> dict[str, Any] | None:
@@ -160,7 +156,7 @@ def _success(trained: Trained) -> dict[str, Any] | None:
     return {
         "rate": float(np.mean([row.measures["success"] for row in rows])),
         "episodes": len(rows),
-        "engine": rows[0].engine or trained.run.config.engine,
+        "engine": rows[0].engine,
     }
 
 

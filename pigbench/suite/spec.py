@@ -142,12 +142,12 @@ def read(path: Path) -> Suite:
 def write(path: Path, suite: Suite) -> None:
     """Write the suite to a JSON file, to be read by `read_kept`."""
     content = dataclasses.asdict(suite) | {"environments": _environments(suite)}
-    files.write_json(path, files.sealed(content))
+    files.write_sealed(path, content)
 
 
 def read_kept(path: Path) -> Suite:
     """The suite written by `write`. Raises UserError if there is none or it is invalid."""
-    return schema.read(Suite, files.read_json(path), f"{path} is invalid")
+    return schema.read(Suite, files.read_sealed(path), f"{path} is invalid")
 
 
 def _environments(suite: Suite) -> Sequence[Mapping[str, Any]]:

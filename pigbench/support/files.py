@@ -204,18 +204,20 @@ def write_json(path: Path, value: Any) -> None:
     write_text(path, json.dumps(value, indent=1) + "\n")
 
 
+def write_sealed(path: Path, value: Mapping[str, Any]) -> None:
+    """Replace the content of `path` with `value` as JSON, `sealed`."""
+    write_json(path, sealed(value))
+
+
 def sealed(value: Mapping[str, Any]) -> dict[str, Any]:
     """`value` with the checksum of its JSON, which `unsealed` checks."""
     return {**value, _SEAL: _checksum(value)}
 
 
-def unsealed(path: Path, value: Any) -> Any:
-    """The `sealed` value that was read from `path`. Raises UserError if it has been altered.
-
-    A value without a checksum, as in older files, is returned as it is.
-    """
+def unsealed(path: Path, value: Any) -> dict[str, Any]:
+    """The `sealed` value that was read from `path`. Raises UserError if it has been altered."""
     if not isinstance(value, dict) or _SEAL not in value:
-        return value
+        raise UserError(f"{path} is altered: it has no checksum")
     content = {name: part for name, part in value.items() if name != _SEAL}
     if value[_SEAL] != _checksum(content):
         raise UserError(f"{path} is altered: its checksum does not match")
@@ -249,9 +251,15 @@ def read_text(path: Path) -> str:
 
 
 def read_json(path: Path) -> Any:
-    """The value in `path`, `unsealed`. Raises UserError if it is missing or not JSON."""
+    """The value in `path`. Raises UserError if it is missing or not JSON."""
     with explaining_torn(path):
-        return unsealed(path, json.loads(read_text(path)))
+        return json.loads(read_text(path))
+
+
+def read_sealed(path: Path) -> dict[str, Any]:
+    """The value that `write_sealed` wrote. Raises UserError also if it has been altered."""
+    with explaining_torn(path):
+        return unsealed(path, read_json(path))
 
 
 def sha256(path: Path) -> str:

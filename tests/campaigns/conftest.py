@@ -156,7 +156,9 @@ def _write_run(folder: Path, data_folder: Path, env: envs.CubeEnv) -> None:
     episodes.record(
         run.episodes_path,
         [
-            Episode(1, number, task.name, 0, 0, {"success": number == 1, "length": 200})
+            Episode(
+                1, number, task.name, 0, 0, env.backend, {"success": number == 1, "length": 200}
+            )
             for number, task in enumerate(env.spec.tasks, start=1)
         ],
     )

@@ -5,6 +5,8 @@ A case is a line of a table. `make test` tries every seventh; all are tried by
 """
 
 import hashlib
+import json
+import math
 import os
 import shlex
 import shutil
@@ -15,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from pigbench import cli
+from pigbench.support import files
 
 # Folders: DATA and RUN are whole, OUT does not exist, BAD holds one torn file beside whole ones.
 GENERATE = "generate cube-single --out OUT"
@@ -148,6 +151,12 @@ MISSING = [
     "generate cube-single --out RUN",
 ]
 
+
+def sealed(**content: object) -> bytes:
+    """A file whose checksum is right."""
+    return json.dumps(files.sealed(content)).encode()
+
+
 TORN = {
     "empty": b"",
     "cut": b'{"format": 1, "spe',
@@ -158,12 +167,13 @@ TORN = {
     "no text": b"\xff\xfe\x00",
     "deep": b"[" * 100_000,
     "deep object": b'{"a":' * 100_000,
-    "format only": b'{"format": 1}',
-    "nothing in it": b'{"format": 1, "spec": {}, "shards": []}',
-    "wrong kinds": b'{"format": 1, "spec": [1], "shards": 3}',
-    "infinite": b'{"format": Infinity}',
+    "no checksum": b'{"format": 1}',
+    "format only": sealed(format=1),
+    "nothing in it": sealed(format=1, spec={}, shards=[]),
+    "wrong kinds": sealed(format=1, spec=[1], shards=3),
+    "infinite": sealed(format=math.inf),
     "header": b"step,task\n",
-    "row": b"step,task,task_name,episode,seed,success\n1,2\n",
+    "row": b"step,task,task_name,episode,seed,engine,success,check\n1,2\n",
 }
 TORN_FILES = {
     "data/manifest.json": [
@@ -180,6 +190,7 @@ TORN_FILES = {
 }
 # A file of these bytes is no fault there: an empty Python file registers nothing.
 HARMLESS = {("plugin.py", kind) for kind in ("empty", "list", "number", "text", "format only")} | {
+    ("plugin.py", "no checksum"),
     ("plugin.py", "nothing in it"),
     ("plugin.py", "wrong kinds"),
 }

@@ -65,7 +65,7 @@ def trained(folder: Path) -> Any:
 
 
 def statistics(folder: Path) -> Any:
-    return [values.tolist() for values in read_statistics(folder / "RUN/statistics.json") or ()]
+    return [values.tolist() for values in read_statistics(folder / "RUN/statistics.json")]
 
 
 def below(name: str) -> Callable[[Path], Iterator[Path]]:

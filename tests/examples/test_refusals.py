@@ -1,8 +1,8 @@
 """What examples say to bad input: one line, as commands do, before anything is written."""
 
-import json
-
 import pytest
+
+from pigbench.support import files
 
 OUT = "OUT"
 """Stands for a folder of the test."""
@@ -39,7 +39,7 @@ REFUSED = [
 @pytest.mark.parametrize(("name", "arguments", "complaint"), REFUSED)
 def test_bad_input_is_refused_in_a_line(name, arguments, complaint, run, tmp_path, capsys):
     (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "config.json").write_text(json.dumps({"seed": 0}))
+    files.write_sealed(tmp_path / "run" / "config.json", {"seed": 0})
     before = sorted(tmp_path.rglob("*"))
     given = [str(tmp_path / "run") if word == INVALID else word for word in arguments.split()]
     out = tmp_path / ("values.png" if name == "value_map" else "out")

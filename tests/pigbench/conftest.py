@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -43,13 +44,13 @@ SPEC = Spec(
 CONFIG = RunConfig(
     method="gcivl",
     preset="cpu",
-    agent={"discount": 0.99, "hidden": [256, 256]},
+    agent={"discount": 0.99, "hidden": [256, 256], "goals": "state"},
     environment="cube-single",
     physics="exact",
     dataset_digest="ab" * 32,
     steps=200,
     seed=0,
-    evaluation={"episodes": 2, "interval": 100},
+    evaluation={"episodes": 2, "interval": 100, "engine": "mujoco"},
 )
 
 
@@ -76,20 +77,23 @@ def write_run(
     outcomes: dict[int, list[list[int]]],
     *,
     more: Mapping[str, Value] = MappingProxyType({}),
+    agent: Mapping[str, Any] = CONFIG.agent,
     **changes,
 ) -> Run:
     """A run with `outcomes[step][task - 1]`, the successes (0 or 1) of the task's episodes.
 
-    `more` are further measures, the same of all episodes.
+    `more` are further measures, the same of all episodes. Goals are states unless `agent` has them.
     """
-    run = runs.open_run(path, dataclasses.replace(CONFIG, **changes), {}, Statistics.standard(1))
+    config = dataclasses.replace(CONFIG, agent={"goals": "state", **agent}, **changes)
+    run = runs.open_run(path, config, {}, Statistics.standard(1))
     episodes.record(
         run.episodes_path,
         [
-            Episode(step, task, f"task{task}", number, 7, {"success": bool(success), **more})
+            Episode(step, task, f"task{task}", number, 7, "mujoco", measures)
             for step, tasks in outcomes.items()
             for task, successes in enumerate(tasks, start=1)
             for number, success in enumerate(successes)
+            for measures in [{"success": bool(success), **more}]
         ],
     )
     return run

@@ -1,5 +1,4 @@
 import dataclasses
-import json
 import os
 import resource
 
@@ -144,9 +143,9 @@ def test_nan_is_found_by_verify_and_on_reading(data):
     array[2, 3] = np.nan
     np.save(path, array)
     # A manifest that vouches for the file, as one made by another tool would.
-    content = files.read_json(data / "manifest.json")  # without its checksum
+    content = files.read_sealed(data / "manifest.json")
     content["shards"][1]["files"][path.name]["sha256"] = files.sha256(path)
-    (data / "manifest.json").write_text(json.dumps(content))
+    files.write_sealed(data / "manifest.json", content)
     message = f"{path} holds NaN or infinity (first in row 2)"
     assert dataset.verify(data) == [message]
     with pytest.raises(UserError) as error:

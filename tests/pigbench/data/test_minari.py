@@ -52,9 +52,9 @@ def test_an_environment_of_ones_own_is_exported_and_one_that_is_unknown_is_said(
     data, tmp_path, monkeypatch
 ):
     path = data / "manifest.json"
-    content = {name: part for name, part in files.read_json(path).items() if name != "checksum"}
+    content = files.read_sealed(path)
     content["spec"]["environment"] = "cube-mine"
-    files.write_json(path, files.sealed(content))
+    files.write_sealed(path, content)
     export = ["data", "export", str(data), "--format", "minari", "--out", str(tmp_path / "out")]
     with pytest.raises(UserError, match="unknown environment 'cube-mine'"):
         cli.run(export)

@@ -73,24 +73,6 @@ def test_another_specification_is_refused_with_the_field(data, spec):
         Writer(data, changed)
 
 
-def test_an_import_whose_origin_is_among_its_versions_is_continued(tmp_path, spec, arrays):
-    of = {"F.npz": "SHA-256 ab"}
-    older = dataclasses.replace(spec, versions=of)
-    writer = Writer(tmp_path / "data", older)
-    part = writer.missing()[0]
-    writer.write(part, arrays(older, part))
-    assert (
-        part
-        not in Writer(
-            tmp_path / "data", dataclasses.replace(spec, versions={}, origin=of)
-        ).missing()
-    )
-    assert manifest.read(tmp_path / "data").spec == older
-    other = dataclasses.replace(spec, versions={}, origin={"F.npz": "SHA-256 cd"})
-    with pytest.raises(UserError, match=r"F\.npz is 'SHA-256 ab' there and 'SHA-256 cd' now"):
-        Writer(tmp_path / "data", other)
-
-
 def test_a_folder_of_something_else_is_refused_untouched(tmp_path, spec):
     (tmp_path / "train-00000").mkdir()
     with pytest.raises(UserError, match="is not an empty folder and holds no data set"):

@@ -4,12 +4,13 @@ import zlib
 import pytest
 
 from pigbench.errors import UserError
-from pigbench.evaluation import episodes
+from pigbench.evaluation import episodes, measures
 from pigbench.evaluation.episodes import Episode
+from pigbench.evaluation.measures import Measure
 
 
 def episode(step, task, number, success=False):
-    measures = {
+    known = {
         "nearest": 0.0125,
         "touched": True,
         "held": True,
@@ -23,8 +24,8 @@ def episode(step, task, number, success=False):
         "diverged": not success,
     }
     if not success:
-        del measures["final_distance"]
-    return Episode(step, task, f"task{task}, lift", number, 7, measures, "mujoco")
+        del known["final_distance"]
+    return Episode(step, task, f"task{task}, lift", number, 7, "mujoco", known)
 
 
 # The rows of the next test, as their checksums see them: without quotes.
@@ -45,16 +46,17 @@ def test_the_file_is_plain_csv(tmp_path):
     )
 
 
-def test_what_a_file_from_before_lacks_is_not_known(tmp_path):
+def test_what_was_not_measured_yet_is_not_known(tmp_path, monkeypatch):
+    """As where a file of one's own adds a measure to those of a run that has begun."""
     path = tmp_path / "episodes.csv"
-    old = "step,task,task_name,episode,seed,success,length,diverged\n100,1,lift,0,7,1,120,0\n"
-    path.write_text(old)
-    (row,) = episodes.read(path)
-    assert row == Episode(100, 1, "lift", 0, 7, {"success": True, "length": 120, "diverged": False})
-    new = episode(200, 1, 0)
-    episodes.record(path, [new])
-    assert "100,1,lift,0,7,,,,,,,,1,,,120,0," in path.read_text()
-    assert episodes.read(path) == [row, new]
+    before, after = episode(100, 1, 0), episode(200, 1, 0)
+    episodes.record(path, [before])
+    monkeypatch.setitem(measures._MEASURES, "force", Measure("force", "force (N)", max, kind=float))
+    assert episodes.read(path) == [before]
+    after = after._replace(measures={**after.measures, "force": 2.5})
+    episodes.record(path, [after])
+    assert path.read_text().splitlines()[0].endswith(",diverged,force,check")
+    assert episodes.read(path) == [before, after]
 
 
 def test_round_trip_in_order(tmp_path):
@@ -94,20 +96,20 @@ def test_a_cut_file_is_named(tmp_path, cut):
 @pytest.mark.parametrize(
     "row",
     [
-        "100,1,a,0,7,,,,,,,,1,,,120",
-        "x,1,a,0,7,,,,,,,,1,,,120,0",
-        "100,1,a,0,7,,,,,,,,2,,,120,0",
-        "100,1,a,0,7,,,,,,,,1,,,120,0,9",
-        "100,1,a,0,7,,x,,,,,,1,,,120,0",
-        "100,1,a,0,7,,,,,,,,,,,120,0",
-        ",1,a,0,7,,,,,,,,1,,,120,0",
+        "100,1,a,0,7,e,,,,,,,1,,,120",
+        "x,1,a,0,7,e,,,,,,,1,,,120,0",
+        "100,1,a,0,7,e,,,,,,,2,,,120,0",
+        "100,1,a,0,7,e,,,,,,,1,,,120,0,9",
+        "100,1,a,0,7,e,x,,,,,,1,,,120,0",
+        "100,1,a,0,7,e,,,,,,,,,,120,0",
+        ",1,a,0,7,e,,,,,,,1,,,120,0",
     ],
 )
 def test_a_bad_row_is_named_by_its_line(tmp_path, row):
     path = tmp_path / "episodes.csv"
     episodes.record(path, [episode(100, 1, 0)])
-    lines = path.read_text().replace(",check", "").splitlines()  # as before there were checksums
-    path.write_text(f"{lines[0]}\n{row}\n")
+    header = path.read_text().splitlines()[0]
+    path.write_text(f"{header}\n{row},{zlib.crc32(row.encode()):08x}\n")
     with pytest.raises(UserError, match="line 2 is not an episode"):
         episodes.read(path)
 
@@ -144,8 +146,9 @@ def test_only_the_wanted_steps_are_kept_and_no_file_without_any(tmp_path):
 
 def test_other_files_are_not_episodes(tmp_path):
     path = tmp_path / "episodes.csv"
-    which = "step,task,task_name,episode,seed"
-    for text in ("", "a,b\n1,2\n", f"{which},length\n", f"{which},success,mood\n"):
+    which = "step,task,task_name,episode,seed,engine"
+    unchecked, unmeasured = f"{which},success\n", f"{which},length,check\n"
+    for text in ("", "\n", "a,b\n1,2\n", unchecked, unmeasured, f"{which},success,mood,check\n"):
         path.write_text(text)
         with pytest.raises(UserError, match="its columns are not step,task,task_name"):
             episodes.read(path)

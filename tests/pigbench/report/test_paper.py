@@ -12,7 +12,7 @@ from pigbench.report.scoring import Scoring
 def ended(*distances: float | None, step: int = 1) -> list[Episode]:
     """Episodes that ended so far from the goal, in metres; None is one that diverged."""
     return [
-        Episode(step, 1, "task1", number, 7, {"success": False, **_end(distance)})
+        Episode(step, 1, "task1", number, 7, "mujoco", {"success": False, **_end(distance)})
         for number, distance in enumerate(distances)
     ]
 

@@ -87,21 +87,18 @@ def test_runs_that_cannot_be_compared_are_named(tmp_path, make_run, changes, mes
             {"engine": "mjx-warp"},
             r"engine at step 200 is \['mujoco'\] in one and \['mjx-warp'\]",
         ),
-        ([[1, 1], [1, 1]], {"engine": "mujoco"}, None),  # what the others' files need not tell
+        ([[1, 1], [1, 1]], {}, None),
     ],
 )
 def test_unequal_evaluations_are_not_averaged(tmp_path, make_run, again, changes, message):
     curve = {100: [[0, 0], [0, 0]], 200: [[1, 1], [0, 1]]}
-    made = [
-        make_run(tmp_path / str(number), curve, seed=number, evaluation={"engine": "mujoco"})
-        for number in (0, 1)
-    ]
+    made = [make_run(tmp_path / str(number), curve, seed=number) for number in (0, 1)]
     episodes.record(
         made[1].episodes_path,
         [
-            Episode(200, task, f"task{task}", number, 7, {"success": bool(success)})._replace(
-                **changes
-            )
+            Episode(
+                200, task, f"task{task}", number, 7, "mujoco", {"success": bool(success)}
+            )._replace(**changes)
             for task, successes in enumerate(again, start=1)
             for number, success in enumerate(successes)
         ],

@@ -108,7 +108,7 @@ def test_parameters_are_those_of_the_checkpoint_under_their_paths(run, exported)
 def test_the_configuration_tells_what_it_is_and_no_place_of_this_machine(run, exported):
     about = json.loads((exported / policy.CONFIG_FILE).read_text())
     assert about["step"] == 2
-    assert about["config"] == files.read_json(run / "config.json")
+    assert about["config"] == files.read_sealed(run / "config.json")
     assert about["observation"][-1] == {"name": "cube_0_yaw", "start": 26, "stop": 28}
     assert len(about["statistics"]["mean"]) == 28
     rows = [row for row in episodes.read(run / "episodes.csv") if row.step == 2]

@@ -5,6 +5,7 @@ import pytest
 from pigbench import agents, envs
 from pigbench.errors import UserError
 from pigbench.suite import spec
+from pigbench.support import files
 
 VARIANTS = """
 [variants.full]
@@ -67,7 +68,7 @@ def test_a_kept_suite_is_the_same(suite, tmp_path):
 
 
 def test_an_invalid_kept_suite_is_said(tmp_path):
-    (tmp_path / "kept.json").write_text('{"methods": []}')
+    files.write_sealed(tmp_path / "kept.json", {"methods": []})
     with pytest.raises(UserError, match=r"kept\.json is invalid"):
         spec.read_kept(tmp_path / "kept.json")
 

@@ -111,7 +111,7 @@ def out(file) -> Path:
     output, errors = second.communicate()
     assert second.returncode == 1, errors
     assert "cube-single/gcivl/0 failed with exit status 2" in errors
-    assert "config.json is invalid" in errors
+    assert "config.json is altered: it has no checksum" in errors
     (out / "output").write_text(output)
     return out
 

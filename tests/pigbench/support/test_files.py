@@ -109,6 +109,19 @@ def test_torn_json_is_named(tmp_path, content):
     assert "\n" not in str(error.value)
 
 
+def test_what_is_sealed_is_read_as_it_was_written_or_not_at_all(tmp_path):
+    path = tmp_path / "x.json"
+    files.write_sealed(path, {"a": 1, "b": [2.5, "c"]})
+    assert files.read_sealed(path) == {"a": 1, "b": [2.5, "c"]}
+    path.write_text(path.read_text().replace("2.5", "2.6"))
+    with pytest.raises(UserError, match=r"x\.json is altered: its checksum does not match"):
+        files.read_sealed(path)
+    for content in ("{}", "[]", "3"):
+        path.write_text(content)
+        with pytest.raises(UserError, match=r"x\.json is altered: it has no checksum"):
+            files.read_sealed(path)
+
+
 def test_missing_json_is_named(tmp_path):
     with pytest.raises(UserError, match=r"x\.json does not exist"):
         files.read_json(tmp_path / "x.json")

@@ -44,10 +44,12 @@ def film(tmp_path) -> Path:
 
 def test_evaluations_have_their_names():
     rows = [
-        Episode(5, task, f"task{task}_x", 0, 7, {"success": task == 2, "nearest": 0.1 * task})
+        Episode(
+            5, task, f"task{task}_x", 0, 7, "mujoco", {"success": task == 2, "nearest": 0.1 * task}
+        )
         for task in (1, 2)
     ]
-    rows.append(Episode(5, 2, "task2_x", 1, 7, {"success": False}))
+    rows.append(Episode(5, 2, "task2_x", 1, 7, "mujoco", {"success": False}))
     assert trackers.evaluated(rows) == pytest.approx(
         {
             "evaluation/success": 1 / 3,

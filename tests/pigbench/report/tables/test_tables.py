@@ -222,7 +222,10 @@ def test_the_final_distance_is_that_of_episodes_with_an_end(tmp_path, make_run):
     ended = lost | {"diverged": False, "final_distance": 0.1}
     episodes.record(
         run.episodes_path,
-        [Episode(1, 1, "lift", number, 7, one) for number, one in enumerate((lost, ended, ended))],
+        [
+            Episode(1, 1, "lift", number, 7, "mujoco", one)
+            for number, one in enumerate((lost, ended, ended))
+        ],
     )
     estimates = tables.milestone_table(stats.read_results([run])).estimates
     assert estimates["cube-single gcivl", "final (cm)"].value == pytest.approx(10)
