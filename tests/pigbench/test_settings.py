@@ -1,7 +1,6 @@
 """Numbers are the same, and there are numbers at all, whatever JAX is set to."""
 
 import contextlib
-import dataclasses
 import subprocess
 import sys
 from pathlib import Path
@@ -10,9 +9,8 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from pigbench import cli, envs, seeds, settings
+from pigbench import cli, envs, seeds
 from pigbench.data import manifest
-from pigbench.data.writer import Writer
 from pigbench.errors import UserError
 
 SMALL = [
@@ -73,12 +71,6 @@ def test_a_manifest_tells_what_bits_may_still_depend_on(tmp_path, monkeypatch):
     monkeypatch.setenv("XLA_FLAGS", "")
     with jax.default_matmul_precision("high"), pytest.raises(UserError, match=r"settings.XLA_FLA"):
         cli.run(["generate", "cube-single", *small])
-
-
-def test_data_from_before_settings_were_kept_can_be_finished(spec, tmp_path):
-    Writer(tmp_path, spec)
-    now = dataclasses.replace(spec, settings=settings.in_force())
-    assert Writer(tmp_path, now).missing() == spec.plan()
 
 
 def test_commands_that_do_without_jax_still_do():
