@@ -1,9 +1,9 @@
 """Hierarchies with a flow of subgoals: the high level of H-Flow, Pi-H-Flow, SHARSA and DSHARSA.
 
 The high level draws candidate subgoals, K steps ahead and in the low level's representation x, from
-a flow, and its critic picks one; the low level is any agent on x. This follows the training and
-inference algorithms of the paper's appendix and, where they leave a choice, SHARSA (Park et al.,
-2025).
+a flow, and its critic picks one; the low level is any agent on x without subgoals of its own. This
+follows the training and inference algorithms of the paper's appendix and, where they leave a
+choice, SHARSA (Park et al., 2025).
 """
 
 from collections.abc import Callable, Mapping
@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents.agent import Agent, Params
@@ -76,7 +77,8 @@ class FlowHierarchyConfig(TargetConfig):
 class FlowHierarchy(Agent[FlowHierarchyConfig]):
     """A high level that gives subgoals to the agent `low`, which is built from `config.low`.
 
-    The names of networks and metrics start with "high_" or "low_".
+    The names of networks and metrics start with "high_" or "low_". Raises `UserError` if the low
+    level has subgoals of its own, as HIQL and hierarchies do.
     """
 
     supported_goals = tuple(GOALS)
@@ -88,8 +90,9 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
         *,
         low: Callable[..., Agent[Any]],
         statistics: Statistics | None = None,
+        units: Float[np.ndarray, "observation"] | float = 1.0,
     ) -> None:
-        super().__init__(config, space, statistics=statistics)
+        super().__init__(config, space, statistics=statistics, units=units)
         self.represent = Representation(
             config.low_level_representation,
             space.layout,
@@ -101,6 +104,11 @@ class FlowHierarchy(Agent[FlowHierarchyConfig]):
             statistics=self.represent.statistics(statistics),
             units=self.represent.units,
         )
+        if self.low.sampling.subgoals:
+            raise UserError(
+                f"{type(self.low).__name__} has subgoals of its own, so it cannot be the low level "
+                "of a hierarchy: choose an agent without, such as GCIVL"
+            )
         self.average_rate = config.average_rate
         self.target_networks = (
             "high_critic",

@@ -21,7 +21,7 @@ from pigbench.agents.config import PolicyConfig, ValueConfig
 from pigbench.agents.constraints import Constraint, TransitionConstraint
 from pigbench.agents.metrics import LossAndMetrics, combine, describe
 from pigbench.agents.networks import LatentDynamics, apply
-from pigbench.agents.quasimetrics import IQE, QUASIMETRICS, Quasimetric
+from pigbench.agents.quasimetrics import QUASIMETRICS, Quasimetric
 from pigbench.agents.residuals import Transitions
 from pigbench.errors import UserError, lookup, require
 from pigbench.shapes import Array
@@ -149,7 +149,7 @@ class QRLConfig(PolicyConfig, ValueConfig):
             )
         lookup("quasimetric", QUASIMETRICS, self.quasimetric)
         require(self, lambda x: x > 0, "positive", "push_offset", "push_beta")
-        size = IQE.component_size
+        size = QUASIMETRICS[self.quasimetric].divisor
         require(
             self, lambda x: x > 0 and x % size == 0, f"a positive multiple of {size}", "latent_size"
         )

@@ -5,6 +5,7 @@ point to itself, never negative, and at most the distance through any third poin
 """
 
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 import flax.linen as nn
 import jax
@@ -37,6 +38,9 @@ def interval_lengths(
 
 class Quasimetric(nn.Module):
     """d(s, g) between embeddings of size n = `latent_size`; subclasses define `distance`."""
+
+    divisor: ClassVar[int]
+    """What n must be a multiple of."""
 
     hidden_sizes: Sequence[int]
     latent_size: int
@@ -79,6 +83,7 @@ class IQE(Quasimetric):
     """
 
     component_size: int = 8
+    divisor = component_size
 
     def setup(self) -> None:
         """Create the embedding's network and the mixture's logit."""
@@ -105,6 +110,8 @@ class MRN(Quasimetric):
     ||x - y|| on one half plus max_i relu(x_i - y_i) on the other (Liu et al., 2023, "Metric
     Residual Networks for Sample Efficient Goal-Conditioned Reinforcement Learning").
     """
+
+    divisor = 2
 
     def distance(
         self, *, starts: Float[Array, "*#batch n"], ends: Float[Array, "*#batch n"]

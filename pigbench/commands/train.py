@@ -6,13 +6,13 @@ import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import jax
 import tyro
 
 from pigbench import agents, envs, names, opengl, trackers
-from pigbench.agents import AgentConfig, Statistics, kinds
+from pigbench.agents import AgentConfig, Statistics
 from pigbench.agents.registry import PRESETS
 from pigbench.commands.parsing import MAY_BE_EMPTY
 from pigbench.data import dataset, homes
@@ -198,12 +198,18 @@ def _of_kinds(config: Any, arguments: Sequence[str], prefix: str) -> Any:
     changes: dict[str, Any] = {}
     for field in dataclasses.fields(config):
         value, option = getattr(config, field.name), f"{prefix}.{field.name.replace('_', '-')}"
-        if known := kinds.kinds_of(config, field.name):
+        if known := _kinds(config, field.name):
             kind = _given(arguments, f"{option}.kind", value.kind)
             changes[field.name] = value if kind == value.kind else lookup(field.name, known, kind)()
         elif dataclasses.is_dataclass(value):
             changes[field.name] = _of_kinds(value, arguments, option)
     return dataclasses.replace(config, **changes)
+
+
+def _kinds(config: Any, field: str) -> dict[str, Any]:
+    """The dataclasses that a field may hold, by the `kind` of each; empty if they have none."""
+    declared = get_args(get_type_hints(type(config))[field])
+    return {one.kind: one for one in declared if hasattr(one, "kind")}
 
 
 def _given(arguments: Sequence[str], option: str, default: str) -> str:

@@ -190,6 +190,18 @@ def test_standardized_the_levels_see_the_datas_own_scale(batch):
     )
 
 
+@pytest.mark.parametrize("name", ["hiql", "h-flow-gcivl"])
+def test_a_low_level_with_subgoals_of_its_own_is_refused(name):
+    low = agents.get(name)
+    mine = agents.hierarchy("mine", low.agent, low.config, summary="")
+    with pytest.raises(UserError, match=r"(HIQL|FlowHierarchy) has subgoals of its own"):
+        mine.agent(
+            mine.config,
+            Space(Layout.of({"joint_pos": 3}), 2),
+            statistics=Statistics.standard(3),
+        )
+
+
 def test_standardizing_needs_statistics():
     with pytest.raises(UserError, match="standardize needs the statistics of a data set"):
         agents.build(

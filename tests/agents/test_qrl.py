@@ -168,6 +168,10 @@ def test_finds_the_shortest_paths_of_a_graph():
     [
         ({"quasimetric": "ieq"}, "did you mean 'iqe'"),
         ({"latent_size": 12}, "latent_size is 12: it must be a positive multiple of 8"),
+        (
+            {"latent_size": 7, "quasimetric": "mrn"},
+            "latent_size is 7: it must be a positive multiple of 2",
+        ),
         ({"push_beta": 0.0}, "push_beta is 0.0: it must be positive"),
     ],
 )

@@ -102,6 +102,16 @@ def test_mrn_by_hand():
 
 
 @pytest.mark.parametrize("kind", QUASIMETRICS)
+def test_embeddings_may_be_as_short_as_the_quasimetric_says(kind):
+    network = QUASIMETRICS[kind]((8,), QUASIMETRICS[kind].divisor, layer_norm=True)
+    states = jax.random.normal(jax.random.key(0), (5, 3))
+    distances, _ = network.init_with_output(
+        jax.random.key(1), observations=states, goals=states[::-1]
+    )
+    assert distances.shape == (5,)
+
+
+@pytest.mark.parametrize("kind", QUASIMETRICS)
 def test_gradients_are_finite_where_states_coincide(kind):
     network = QUASIMETRICS[kind]((8,), 16, layer_norm=True)
     states = jnp.ones((2, 3))

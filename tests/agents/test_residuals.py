@@ -8,12 +8,6 @@ from pigbench.agents.residuals import eikonal_residual, gradient_norm, hjb_resid
 
 
 @pytest.fixture
-def float64():
-    with jax.enable_x64(True):
-        yield
-
-
-@pytest.fixture
 def value(float64):
     """V(., g) of a freshly initialised network in double precision, for a batch of 6 states."""
     network = Value((32, 32), layer_norm=True)
