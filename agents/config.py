@@ -24,7 +24,7 @@ class AgentConfig:
     learning_rate: float = 3e-4  # of Adam
     batch_size: int = 1024  # transitions per update
     actor_hidden_sizes: tuple[int, ...] = (1024, 1024, 1024, 1024)  # layers of policies
-    discount: float = 0.999
+    discount: float = 0.999  # of values, and of goals that are drawn geometrically
     goals: str = "state"  # what networks see of a goal: state or cubes
     actor_goals: GoalMixture = ACTOR_GOALS  # where goals for policies come from
 

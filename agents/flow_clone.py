@@ -27,7 +27,7 @@ from pigbench.shapes import Array
 class FlowCloneConfig(AgentConfig):
     """Hyperparameters of the flow clone; the defaults are SHARSA's."""
 
-    layer_norm: bool = True  # layer normalisation in the vector field, and in values if there are
+    layer_norm: bool = True  # layer normalisation in the vector field (and in values)
     flow_steps: int = 10  # M: Euler steps of the flow
 
     def __post_init__(self) -> None:
