@@ -59,7 +59,7 @@ class Generate:
     engine: str = dataclasses.field(default_factory=envs.default_engine)
     """Physics engine."""
     physics: Annotated[str, tyro.conf.arg(help_behavior_hint="(default: exact)")] = "exact"
-    """Physics profile: exact matches OGBench to the micrometre, fast is simpler."""
+    """Physics profile: exact has OGBench's contact geometry, fast simpler fingers."""
 
     cluster: Annotated[Cluster, tyro.conf.arg(name="")] = dataclasses.field(default_factory=Cluster)
     """Where shards are simulated."""

@@ -3,7 +3,8 @@
 config.json       the configuration, which identifies the run
 provenance.json   versions, commit, machine and data set, also when resumed with others or extended
 statistics.json   mean and deviation of the data's observations, needed to standardise
-metrics.jsonl     training metrics (`pigbench.runs.metrics`), for trackers' files too
+metrics.jsonl     training metrics (`pigbench.runs.metrics`)
+tensorboard/      the same and success rates, for TensorBoard; other trackers have their own files
 films/STEP/       films of an evaluation, if requested
 episodes.csv      every evaluation episode (`pigbench.evaluation.episodes`)
 noise/            the same at other noise levels of the cubes' estimates: 5.csv is for 5 mm

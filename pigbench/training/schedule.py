@@ -22,5 +22,8 @@ class Schedule:
         return min(*ends, self.steps)
 
     def evaluates(self, step: int) -> bool:
-        """Whether there is an evaluation after that step, and with it a checkpoint."""
+        """Whether there is an evaluation after that step, and with it a checkpoint.
+
+        So there is at step 0, before the first update.
+        """
         return step % self.evaluate_every == 0 or step == self.steps

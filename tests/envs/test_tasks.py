@@ -5,6 +5,7 @@ import dataclasses
 import gymnasium
 import mujoco
 import numpy as np
+import ogbench  # noqa: F401  registers its environments
 import pytest
 
 from pigbench import envs
@@ -12,7 +13,11 @@ from pigbench.envs import terms, workspace
 from pigbench.envs.tasks import TASKS
 from pigbench.errors import UserError
 
-OGBENCH = [name for name, spec in envs.SPECS.items() if spec.reality is None]
+OGBENCH = sorted(
+    name.removesuffix("-v0")
+    for name in gymnasium.registry
+    if name.startswith("cube-") and "singletask" not in name
+)
 
 
 @pytest.mark.parametrize("name", OGBENCH)
@@ -33,12 +38,14 @@ def test_limits_and_sizes(ogbench_env, name):
 
 
 def test_every_cube_environment_of_ogbench_is_here():
-    registered = {
-        spec.removesuffix("-v0")
-        for spec in gymnasium.registry
-        if spec.startswith("cube-") and "singletask" not in spec
-    }
-    assert set(OGBENCH) == registered
+    assert OGBENCH == [
+        "cube-double",
+        "cube-octuple",
+        "cube-quadruple",
+        "cube-single",
+        "cube-triple",
+    ]
+    assert set(OGBENCH) <= set(envs.SPECS)
 
 
 def test_the_robot_starts_from_all_of_the_table_and_ends_at_its_centre():
