@@ -1,4 +1,4 @@
-"""The `noisy` policy: OGBench's Markov oracle (`markov`) with noisy actions, target after target."""
+"""The `noisy` policy: OGBench's Markov oracle with noisy actions, target after target."""
 
 from dataclasses import replace
 
