@@ -10,11 +10,7 @@ from pigbench.envs import robot, servo, workspace
 from pigbench.envs.observation import gripper_opening
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
-
-# The move of an action of 1 in one control step: metres (x, y, z), radians of yaw, opening.
-ACTION_SCALE = (0.05, 0.05, 0.05, 0.3, 1.0)
-ACTION_NAMES = ("x", "y", "z", "yaw", "gripper")
-ACTION_SIZE = len(ACTION_SCALE)
+from pigbench.envs.units import ACTION_SCALE
 
 
 def effector(scene: Scene, state: PhysicsState) -> Float[Array, "action"]:

@@ -19,6 +19,7 @@ from pigbench.envs.rewards import REWARDS, Situation
 from pigbench.envs.rotations import yaw_quat
 from pigbench.envs.spec import EnvSpec
 from pigbench.envs.tasks import START_JITTER
+from pigbench.envs.units import ACTION_SIZE
 from pigbench.errors import UserError, lookup
 from pigbench.layout import Space
 from pigbench.settings import jax_defaults
@@ -79,7 +80,7 @@ class CubeEnv(Env):
     @property
     def action_size(self) -> int:
         """The length of the action."""
-        return control.ACTION_SIZE
+        return ACTION_SIZE
 
     @property
     def backend(self) -> str:
@@ -215,7 +216,7 @@ class CubeEnv(Env):
         arm_key, action_key = jax.random.split(key)
         physics_state = self._place(arm_key, cubes, jnp.zeros(self.spec.num_cubes))
         actions = jax.random.uniform(
-            action_key, (SETTLING_STEPS, control.ACTION_SIZE), minval=-1.0, maxval=1.0
+            action_key, (SETTLING_STEPS, ACTION_SIZE), minval=-1.0, maxval=1.0
         )
         return jax.lax.scan(
             lambda state, action: (self.simulate(state, action), None), physics_state, actions

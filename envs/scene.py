@@ -20,11 +20,11 @@ from jaxtyping import Float, Int
 
 from pigbench.envs import robot
 from pigbench.envs.cubes import CUBE_DENSITY, CUBE_HALF_SIZE
+from pigbench.envs.units import CONTROL_STEP
 from pigbench.envs.walls import WALLS
 from pigbench.errors import lookup
 
 PHYSICS_STEP = 0.002
-CONTROL_STEP = 0.05
 SUBSTEPS = round(CONTROL_STEP / PHYSICS_STEP)
 
 

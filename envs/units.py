@@ -1,4 +1,4 @@
-"""The units of an observation's terms, available without importing JAX."""
+"""The units of observations and actions, available without importing JAX."""
 
 from typing import TYPE_CHECKING, TypeVar
 
@@ -12,6 +12,13 @@ CENTRE = (0.425, 0.0, 0.0)
 POSITION_SCALE = 10.0
 OPENING_SCALE = 3.0
 PAD_FORCE_SCALE = 1 / 50
+
+CONTROL_STEP = 0.05  # seconds
+
+# The move of an action of 1 in one control step: metres (x, y, z), radians of yaw, opening.
+ACTION_NAMES = ("x", "y", "z", "yaw", "gripper")
+ACTION_SCALE = (0.05, 0.05, 0.05, 0.3, 1.0)
+ACTION_SIZE = len(ACTION_SCALE)
 
 Array = TypeVar("Array", "jax.Array", np.ndarray)
 

@@ -14,9 +14,8 @@ import gymnasium
 import numpy as np
 
 from pigbench import cli  # pigbench registers its environments with Gymnasium
-from pigbench.envs.control import ACTION_SCALE
 from pigbench.envs.terms import layout
-from pigbench.envs.units import metres
+from pigbench.envs.units import ACTION_SCALE, metres
 from pigbench.errors import require
 from pigbench.seeds import Seed
 from pigbench.support import files, pictures

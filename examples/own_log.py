@@ -19,8 +19,7 @@ from pigbench.commands.data import DataImport
 from pigbench.commands.generate import Generate
 from pigbench.commands.train import Train
 from pigbench.data import dataset
-from pigbench.envs.scene import CONTROL_STEP
-from pigbench.envs.units import OPENING_SCALE, metres
+from pigbench.envs.units import CONTROL_STEP, OPENING_SCALE, metres
 from pigbench.evaluation.settings import Evaluation
 from pigbench.layout import Layout
 from pigbench.report import stats, tables

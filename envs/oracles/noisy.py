@@ -8,12 +8,12 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from pigbench.envs import trees, workspace
-from pigbench.envs.control import ACTION_SIZE
 from pigbench.envs.observation import cube_poses, gripper_contact
 from pigbench.envs.oracles import markov, targets
 from pigbench.envs.oracles.policy import ScriptedPolicy
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import quat_yaw
+from pigbench.envs.units import ACTION_SIZE
 
 MAX_NOISE = 0.1  # an episode's noise level is drawn uniformly between 0 and this
 NOISE_SCALE = (1.0, 1.0, 1.0, 3.0, 10.0)  # deviation per noise level of x, y, z, yaw and gripper

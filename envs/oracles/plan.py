@@ -7,10 +7,9 @@ from flax import struct
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from pigbench.envs import workspace
-from pigbench.envs.control import ACTION_SCALE, ACTION_SIZE
 from pigbench.envs.oracles.targets import Target
 from pigbench.envs.rotations import nearest_symmetry, wrap
-from pigbench.envs.scene import CONTROL_STEP
+from pigbench.envs.units import ACTION_SCALE, ACTION_SIZE, CONTROL_STEP
 
 SEGMENT = 0.4  # seconds between keyframes
 TIME_JITTER = 0.2  # share of a segment by which a keyframe may be early or late

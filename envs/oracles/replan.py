@@ -29,6 +29,7 @@ from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import nearest_symmetry, quat_yaw
 from pigbench.envs.scene import Scene
 from pigbench.envs.spec import EnvSpec
+from pigbench.envs.units import ACTION_SCALE, ACTION_SIZE
 
 TRIPS = 2  # home, and away
 MAX_STEPS = 150  # control steps after which a trip is given up
@@ -117,7 +118,7 @@ class ReplanPolicy(ScriptedPolicy[ReplanState]):
             stage=zero,
             waited=zero,
             time=zero,
-            action=jnp.zeros(control.ACTION_SIZE),
+            action=jnp.zeros(ACTION_SIZE),
         )
         return replace(state, action=self._plan(state, physics_state))
 
@@ -205,6 +206,6 @@ class ReplanPolicy(ScriptedPolicy[ReplanState]):
         """The first action towards the next place."""
         stage = jnp.minimum(state.stage, len(STAGES) - 1)
         way = self._places(state, seen)[stage] - control.effector(self.scene, seen)[:4]
-        move = way / HORIZON / jnp.array(control.ACTION_SCALE[:4])
+        move = way / HORIZON / jnp.array(ACTION_SCALE[:4])
         move *= state.speed / jnp.maximum(jnp.max(jnp.abs(move)), state.speed)
         return jnp.append(move, 2 * jnp.array(_TABLE["opening"])[stage] - 1)

@@ -8,10 +8,10 @@ from flax import struct
 from jaxtyping import Array, Float, Int, PRNGKeyArray, UInt32
 
 from pigbench import seeds
-from pigbench.envs.control import ACTION_SIZE
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.reality import Reality, delay, estimate, variation
 from pigbench.envs.scene import Scene
+from pigbench.envs.units import ACTION_SIZE
 
 
 @struct.dataclass

@@ -19,8 +19,7 @@ import numpy as np
 from jaxtyping import Shaped
 
 from pigbench.data.dataset import Dataset, Split
-from pigbench.envs.control import ACTION_NAMES, ACTION_SIZE
-from pigbench.envs.scene import CONTROL_STEP
+from pigbench.envs.units import ACTION_NAMES, ACTION_SIZE, CONTROL_STEP
 from pigbench.errors import UserError
 from pigbench.support import files, lock
 from pigbench.support.extras import required

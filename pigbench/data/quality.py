@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Float, Real
 
 from pigbench.envs.cubes import CUBE_HALF_SIZE
-from pigbench.envs.scene import CONTROL_STEP
-from pigbench.envs.units import metres
+from pigbench.envs.units import CONTROL_STEP, metres
 from pigbench.errors import UserError, lookup, require
 from pigbench.layout import Layout
 

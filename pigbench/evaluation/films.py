@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from pigbench import envs
 from pigbench.envs.rendering import Renderer
-from pigbench.envs.scene import CONTROL_STEP
+from pigbench.envs.units import CONTROL_STEP
 from pigbench.evaluation.recording import Recording
 from pigbench.support import files, pictures
 

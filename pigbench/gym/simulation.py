@@ -13,8 +13,7 @@ from pigbench import envs, seeds
 from pigbench.agents.representations import GOALS, Representation
 from pigbench.envs import State
 from pigbench.envs.rendering import Renderer
-from pigbench.envs.scene import CONTROL_STEP
-from pigbench.envs.units import metres
+from pigbench.envs.units import CONTROL_STEP, metres
 from pigbench.errors import UserError, lookup
 from pigbench.support.pictures import Picture
 

@@ -9,8 +9,7 @@ from typing import Any
 
 from pigbench import envs
 from pigbench.envs import terms
-from pigbench.envs.control import ACTION_SCALE, ACTION_SIZE
-from pigbench.envs.scene import CONTROL_STEP
+from pigbench.envs.units import ACTION_SCALE, ACTION_SIZE, CONTROL_STEP
 from pigbench.layout import Layout
 
 FILE_NAME = "README.md"

@@ -7,6 +7,7 @@ from ogbench.manipspace.lie import SO3
 
 from pigbench.envs import control
 from pigbench.envs.physics.mujoco import MujocoPhysics
+from pigbench.envs.units import ACTION_SCALE, ACTION_SIZE
 
 NAME = "cube-double"
 STATES = 100
@@ -27,9 +28,9 @@ def actions(seed: int) -> np.ndarray:
 
 def test_action_scale(ogbench_env):
     env = ogbench_env(NAME)
-    np.testing.assert_array_equal(control.ACTION_SCALE, env.action_high)
-    np.testing.assert_array_equal(control.ACTION_SCALE, -env.action_low)
-    assert env.action_space.shape == (control.ACTION_SIZE,)
+    np.testing.assert_array_equal(ACTION_SCALE, env.action_high)
+    np.testing.assert_array_equal(ACTION_SCALE, -env.action_low)
+    assert env.action_space.shape == (ACTION_SIZE,)
 
 
 @pytest.mark.parametrize("scale", [1, 4], ids=["within", "beyond"])

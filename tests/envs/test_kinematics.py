@@ -7,7 +7,7 @@ import pytest
 from ogbench.manipspace import lie
 
 from pigbench.envs import kinematics, robot, workspace
-from pigbench.envs.control import ACTION_SCALE
+from pigbench.envs.units import ACTION_SCALE
 
 NAME = "cube-single"
 HOME = np.array(robot.HOME)

@@ -8,7 +8,7 @@ import pytest
 from ogbench.manipspace import lie
 
 from pigbench.envs import robot, servo, workspace
-from pigbench.envs.control import ACTION_SCALE
+from pigbench.envs.units import ACTION_SCALE
 
 NAME = "cube-double"
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from pigbench.envs.control import ACTION_SIZE
+from pigbench.envs.units import ACTION_SIZE
 from pigbench.errors import UserError
 
 LogTable = Mapping[str, Float[np.ndarray, "row"]]

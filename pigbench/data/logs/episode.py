@@ -16,10 +16,8 @@ from scipy.spatial.transform import Rotation
 from pigbench import envs
 from pigbench.data.logs.columns import TARGETS, LogGroups, LogTable, groups
 from pigbench.envs import robot, servo
-from pigbench.envs.control import ACTION_SCALE
 from pigbench.envs.physics import PhysicsState
-from pigbench.envs.scene import CONTROL_STEP
-from pigbench.envs.units import PAD_FORCE_SCALE
+from pigbench.envs.units import ACTION_SCALE, CONTROL_STEP, PAD_FORCE_SCALE
 from pigbench.errors import UserError
 
 BASE_YAW = -np.pi / 2

@@ -9,10 +9,9 @@ from ogbench.manipspace.oracles.plan.cube_plan import CubePlanOracle
 from scipy import stats
 from scipy.ndimage import gaussian_filter1d
 
-from pigbench.envs.control import ACTION_SCALE
 from pigbench.envs.oracles import plan
 from pigbench.envs.oracles.targets import Target
-from pigbench.envs.scene import CONTROL_STEP
+from pigbench.envs.units import ACTION_SCALE, CONTROL_STEP
 
 STEPS = CONTROL_STEP * np.arange(plan.MAX_STEPS)
 EFFECTOR = np.array([0.35, -0.1, 0.3, 2.5, 0.0])

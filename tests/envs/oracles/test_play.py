@@ -8,6 +8,7 @@ from scipy import stats
 
 from pigbench.envs import SPECS, control
 from pigbench.envs.oracles import POLICIES, PlayPolicy
+from pigbench.envs.units import ACTION_SCALE
 
 NAME = "cube-double"
 STACKING = SPECS[NAME].stacking
@@ -34,7 +35,7 @@ def test_an_episode_begins_with_a_plan_for_a_cube_of_the_scene(env, begun):
     np.testing.assert_array_equal(memory.time, 0)
     # The plan sets out from the effector, save for noise of 10 % of the action scale.
     effector = jax.vmap(lambda state: control.effector(env(NAME).scene, state))(physics_state)
-    off = (memory.plan.targets[:, 0] - effector) / np.array(control.ACTION_SCALE)
+    off = (memory.plan.targets[:, 0] - effector) / np.array(ACTION_SCALE)
     off = off.at[:, 3].set(0)  # yaw is written within one turn
     assert np.abs(off).max() < 0.5
 

@@ -10,7 +10,8 @@ from scipy import stats
 
 from pigbench.envs.physics import Factors, make
 from pigbench.envs.reality import Variation, variation
-from pigbench.envs.scene import CONTROL_STEP, Scene, describe
+from pigbench.envs.scene import Scene, describe
+from pigbench.envs.units import CONTROL_STEP
 
 GRAVITY = 9.81
 FACTORS = Factors(friction=jnp.array([0.9, 0.3, 0.6]), mass=jnp.array([1.0, 1.3, 0.7]))

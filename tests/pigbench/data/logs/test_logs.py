@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 from pigbench import cli, envs
 from pigbench.data import dataset, logs
 from pigbench.data.logs import lerobot
-from pigbench.envs.control import ACTION_SCALE, effector
+from pigbench.envs.control import effector
 from pigbench.envs.reality import Reality
+from pigbench.envs.units import ACTION_SCALE
 from pigbench.errors import UserError
 
 pyarrow, parquet = (pytest.importorskip(name) for name in ("pyarrow", "pyarrow.parquet"))
