@@ -73,10 +73,12 @@ def make(
     imperfections of sensing and acting, by default the environment's own; `Reality()` has none.
     `reward` is a key of `rewards.REWARDS`, by default the benchmark's.
     """
+    from pigbench import devices
     from pigbench.envs import environment, physics
     from pigbench.envs.scene import build
 
     spec = get(name)
+    devices.backend()  # raises before the environment's first computation would
     scene = build(spec.num_cubes, profile)
     simulated = physics.make(engine or default_engine(), scene)
     return environment.CubeEnv(spec, simulated, reality or spec.reality, reward)
