@@ -15,9 +15,9 @@ from jaxtyping import Float, PRNGKeyArray, PyTree, Scalar
 from pigbench.agents import losses
 from pigbench.agents.agent import Agent, Params
 from pigbench.agents.config import PolicyConfig
+from pigbench.agents.goals import GOALS
 from pigbench.agents.metrics import LossAndMetrics, Metrics
 from pigbench.agents.networks import Policy, apply
-from pigbench.agents.representations import GOALS
 from pigbench.shapes import Array
 
 Config = TypeVar("Config", bound=PolicyConfig)

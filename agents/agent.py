@@ -11,9 +11,10 @@ from pigbench.agents.batch import Batch, Sampling
 from pigbench.agents.config import AgentConfig, TargetConfig, ValueConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.directions import Coordinates
+from pigbench.agents.goals import GOALS
 from pigbench.agents.metrics import LossAndMetrics
 from pigbench.agents.regularizers import NoRegularizer, Regularizer
-from pigbench.agents.representations import GOALS, Representation
+from pigbench.agents.representations import Representation
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError
 from pigbench.layout import Space

@@ -1,42 +1,15 @@
 """The input of a training step: transitions with relabelled goals, and how they are drawn."""
 
-import math
 from dataclasses import dataclass
 from typing import TypeVar
 
 from flax import struct
 from jaxtyping import Float, Int
 
-from pigbench.errors import UserError
+from pigbench.agents.goals import GoalMixture
 from pigbench.shapes import Array
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class GoalMixture:
-    """Where the goal of a transition comes from: three probabilities that sum to 1.
-
-    `current` is the transition's own first state, `future` a later state of its episode, and
-    `random` any state of the data set. With `geometric`, the number of steps to a future goal is
-    geometric in the discount, clipped at the end of the episode; otherwise it is uniform over the
-    rest of the episode.
-
-    Raises `UserError` if a probability is outside [0, 1] or the sum is not 1.
-    """
-
-    current: float  # share of goals that are the transition's own first state
-    future: float  # share of goals that are a later state of the same episode
-    random: float  # share of goals that are any state of the data set
-    geometric: bool  # draw the steps to a later state geometrically (discount), not uniformly
-
-    def __post_init__(self) -> None:
-        shares = (self.current, self.future, self.random)
-        if not (all(0 <= share <= 1 for share in shares) and math.isclose(sum(shares), 1)):
-            raise UserError(
-                f"goal mixture (current, future, random) is {shares}: "
-                "it must be three probabilities that sum to 1"
-            )
 
 
 @dataclass(frozen=True)

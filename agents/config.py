@@ -1,4 +1,4 @@
-"""The fields that agents' configurations share.
+"""The fields that agents' configurations share, without JAX.
 
 A method's configuration has only fields that change what the method does. It is based on
 `AgentConfig`, or on those of the classes below that say what the method consists of.
@@ -6,12 +6,8 @@ A method's configuration has only fields that change what the method does. It is
 
 from dataclasses import dataclass
 
-from pigbench.agents.batch import GoalMixture
-from pigbench.agents.representations import GOALS
+from pigbench.agents.goals import ACTOR_GOALS, GOALS, VALUE_GOALS, GoalMixture
 from pigbench.errors import lookup, require
-
-VALUE_GOALS = GoalMixture(current=0.2, future=0.5, random=0.3, geometric=True)
-ACTOR_GOALS = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=False)
 
 
 @dataclass(frozen=True)

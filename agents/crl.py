@@ -16,14 +16,13 @@ from jaxtyping import Float, PRNGKeyArray, PyTree
 from pigbench.agents import actors
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Params
-from pigbench.agents.batch import Batch, GoalMixture
+from pigbench.agents.batch import Batch
 from pigbench.agents.config import PolicyConfig, ValueConfig
+from pigbench.agents.goals import CRL_VALUE_GOALS, GoalMixture
 from pigbench.agents.metrics import LossAndMetrics, combine
 from pigbench.agents.networks import BilinearCritic, apply_ensemble, init_ensemble
 from pigbench.errors import require
 from pigbench.shapes import Array
-
-GEOMETRIC_FUTURE = GoalMixture(current=0.0, future=1.0, random=0.0, geometric=True)
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class CRLConfig(PolicyConfig, ValueConfig):
 
     bc_weight: float = 3.0  # alpha of DDPG+BC
     latent_size: int = 512  # size of both embeddings
-    value_goals: GoalMixture = GEOMETRIC_FUTURE
+    value_goals: GoalMixture = CRL_VALUE_GOALS
 
     def __post_init__(self) -> None:
         super().__post_init__()

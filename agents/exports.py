@@ -3,7 +3,6 @@
 from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import (
     Batch,
-    GoalMixture,
     Sampling,
     Subgoals,
     SubgoalSampling,
@@ -22,6 +21,7 @@ from pigbench.agents.flow_hierarchy import FlowHierarchy, FlowHierarchyConfig
 from pigbench.agents.gcbc import GCBC
 from pigbench.agents.gciql import GCIQL, GCIQLConfig
 from pigbench.agents.gcivl import GCIVL, GCIVLConfig
+from pigbench.agents.goals import GoalMixture
 from pigbench.agents.hiql import HIQL, HIQLConfig
 from pigbench.agents.learner import TrainState, create, update
 from pigbench.agents.metrics import Metrics

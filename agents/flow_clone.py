@@ -16,8 +16,8 @@ from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch
 from pigbench.agents.config import AgentConfig, TargetConfig
 from pigbench.agents.flow import FlowPolicy
+from pigbench.agents.goals import GOALS
 from pigbench.agents.metrics import LossAndMetrics, combine
-from pigbench.agents.representations import GOALS
 from pigbench.agents.sarsa import Sarsa
 from pigbench.errors import require
 from pigbench.shapes import Array

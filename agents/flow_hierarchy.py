@@ -17,14 +17,20 @@ import numpy as np
 from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents.agent import Agent, Params
-from pigbench.agents.batch import Batch, GoalMixture, Sampling, SubgoalSampling, ValueGoals
-from pigbench.agents.config import ACTOR_GOALS, VALUE_GOALS, AgentConfig, TargetConfig
+from pigbench.agents.batch import Batch, Sampling, SubgoalSampling, ValueGoals
+from pigbench.agents.config import AgentConfig, TargetConfig
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.gcivl import GCIVLConfig
+from pigbench.agents.goals import (
+    GOALS,
+    HIERARCHY_ACTOR_GOALS,
+    HIERARCHY_VALUE_GOALS,
+    GoalMixture,
+)
 from pigbench.agents.metrics import LossAndMetrics, add_prefix, combine, take_prefix
 from pigbench.agents.regularizers import Regularizer
-from pigbench.agents.representations import GOALS, REPRESENTATIONS, Representation
+from pigbench.agents.representations import REPRESENTATIONS, Representation
 from pigbench.agents.sarsa import Sarsa
 from pigbench.agents.statistics import Statistics, require_statistics
 from pigbench.errors import UserError, lookup, require
@@ -32,9 +38,6 @@ from pigbench.layout import Space
 from pigbench.shapes import Array
 
 T = TypeVar("T")
-
-UNIFORM_VALUE_GOALS = replace(VALUE_GOALS, geometric=False)
-GEOMETRIC_ACTOR_GOALS = replace(ACTOR_GOALS, geometric=True)
 
 DECIDED_ABOVE = ("learning_rate", "batch_size", "target_rate", "discount", "goals", "actor_goals")
 """Fields of the low level's configuration that the hierarchy sets, as far as it has them."""
@@ -47,8 +50,8 @@ class FlowHierarchyConfig(TargetConfig):
     Raises `UserError` if `low` changes a field of `DECIDED_ABOVE`.
     """
 
-    value_goals: GoalMixture = UNIFORM_VALUE_GOALS
-    actor_goals: GoalMixture = GEOMETRIC_ACTOR_GOALS
+    value_goals: GoalMixture = HIERARCHY_VALUE_GOALS
+    actor_goals: GoalMixture = HIERARCHY_ACTOR_GOALS
     subgoal_steps: int = 25  # K: how many steps ahead subgoals are
     low_level_representation: str = "joints_contacts"  # joints_contacts, proprio or full
     standardize: bool = True  # standardise the inputs of the low level and all subgoals

@@ -19,10 +19,10 @@ from pigbench.agents import actors, losses
 from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch, Sampling, SubgoalSampling
 from pigbench.agents.config import PolicyConfig, TargetConfig
+from pigbench.agents.goals import GOALS
 from pigbench.agents.metrics import LossAndMetrics, add_prefix, combine, describe
 from pigbench.agents.networks import MLP, Policy, Value, apply, apply_ensemble, init_ensemble
 from pigbench.agents.norms import safe_norm
-from pigbench.agents.representations import GOALS
 from pigbench.errors import require
 from pigbench.shapes import Array
 

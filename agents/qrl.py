@@ -16,9 +16,10 @@ from jaxtyping import Float, PRNGKeyArray, Scalar
 from pigbench.agents import actors, losses
 from pigbench.agents.actors import PolicyAgent
 from pigbench.agents.agent import Params
-from pigbench.agents.batch import Batch, GoalMixture
+from pigbench.agents.batch import Batch
 from pigbench.agents.config import PolicyConfig, ValueConfig
 from pigbench.agents.constraints import Constraint, TransitionConstraint
+from pigbench.agents.goals import QRL_VALUE_GOALS, GoalMixture
 from pigbench.agents.metrics import LossAndMetrics, combine, describe
 from pigbench.agents.networks import LatentDynamics, apply
 from pigbench.agents.quasimetrics import QUASIMETRICS, Quasimetric
@@ -26,8 +27,6 @@ from pigbench.agents.residuals import Transitions
 from pigbench.errors import UserError, lookup, require
 from pigbench.shapes import Array
 from pigbench.support.schema import BY_KIND
-
-RANDOM_STATES = GoalMixture(current=0.0, future=0.0, random=1.0, geometric=False)
 
 
 @dataclass(frozen=True)
@@ -138,7 +137,7 @@ class QRLConfig(PolicyConfig, ValueConfig):
     push_offset: float = 500.0  # the distance beyond which the push fades
     push_beta: float = 0.01  # how sharply it fades
     actor: Extraction = field(default_factory=DDPGBCExtraction)  # how the policy is extracted
-    value_goals: GoalMixture = RANDOM_STATES
+    value_goals: GoalMixture = QRL_VALUE_GOALS
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -17,38 +17,13 @@ from pigbench.agents.gcbc import GCBC
 from pigbench.agents.gciql import GCIQL, GCIQLConfig
 from pigbench.agents.gcivl import GCIVL, GCIVLConfig
 from pigbench.agents.hiql import HIQL, HIQLConfig
+from pigbench.agents.presets import PRESETS
 from pigbench.agents.qrl import QRL, QRLConfig
 from pigbench.agents.regularizers import EikonalRegularizer, HJBRegularizer
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup, lookup_own
 from pigbench.layout import Space
 from pigbench.names import check
-
-_NETWORKS = {
-    "actor_hidden_sizes": (256, 256, 256),
-    "value_hidden_sizes": (256, 256, 256),
-    "latent_size": 128,
-    "actor_layer_norm": True,
-}
-
-PRESETS: Mapping[str, Mapping[str, Any]] = {
-    "paper": {},
-    "cpu": {
-        "batch_size": 256,
-        "learning_rate": 1e-3,
-        "discount": 0.99,
-        "target_rate": 0.03,
-        "candidates": 4,
-        "average_rate": 1e-3,
-        **_NETWORKS,
-        "low": {**_NETWORKS, "rewards": "0/1"},
-    },
-}
-"""Presets by name: the changes to a method's configuration, as far as it has the fields.
-
-The values of `cpu`, but for the sizes of its networks, were found by a search, which
-`results/search` documents.
-"""
 
 
 @dataclass(frozen=True)

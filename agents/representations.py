@@ -21,10 +21,6 @@ REPRESENTATIONS: Mapping[str, str] = {
 }
 """The group of an observation's terms that each representation keeps."""
 
-GOALS: Mapping[str, str] = {"state": "all", "cubes": "object_positions"}
-"""The group of a goal's terms that networks see: all, or the cubes' positions, as in OGBench's
-`-oraclerep` environments. The criterion of success does not depend on this."""
-
 
 class Representation:
     """x of s: the terms that representation `name` of `table` keeps, in the observation's order.

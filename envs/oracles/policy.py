@@ -7,41 +7,29 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
-from pigbench.envs.cubes import MAX_CUBES
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.scene import Scene
+from pigbench.envs.scripted import Scripted
 from pigbench.envs.spec import EnvSpec
-from pigbench.errors import UserError
 
 Memory = TypeVar("Memory")
 
 
 class ScriptedPolicy(abc.ABC, Generic[Memory]):
-    """A policy whose memory is a pytree. All methods but `check` may be vmapped.
+    """A policy whose memory is a pytree. All methods may be vmapped.
 
     Raises UserError if the environment has more cubes than the policy can move.
 
     Attributes:
-        episode_rows: the maximum number of rows per episode if the policy ends episodes, else 0.
-        most_cubes: the most cubes that it can move.
+        ability: what it can do.
     """
 
-    episode_rows: ClassVar[int] = 0
-    most_cubes: ClassVar[int] = MAX_CUBES
+    ability: ClassVar[Scripted] = Scripted()
 
     def __init__(self, spec: EnvSpec, scene: Scene):
-        self.check(spec)
+        self.ability.require(type(self).__name__, spec.name, spec.num_cubes)
         self.spec = spec
         self.scene = scene
-
-    @classmethod
-    def check(cls, spec: EnvSpec) -> None:
-        """Raise UserError if the environment has more cubes than the policy can move."""
-        if spec.num_cubes > cls.most_cubes:
-            raise UserError(
-                f"{spec.name} has {spec.num_cubes} cubes, and {cls.__name__} moves no more than "
-                f"{cls.most_cubes}: choose another policy"
-            )
 
     @abc.abstractmethod
     def reset(self, key: PRNGKeyArray, physics_state: PhysicsState) -> Memory:

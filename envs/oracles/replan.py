@@ -12,7 +12,6 @@ simulation that it acts in, which no robot has.
 """
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -28,11 +27,10 @@ from pigbench.envs.oracles.targets import Target
 from pigbench.envs.physics import PhysicsState
 from pigbench.envs.rotations import nearest_symmetry, quat_yaw
 from pigbench.envs.scene import Scene
+from pigbench.envs.scripted import SCRIPTED, TRIP_STEPS, TRIPS
 from pigbench.envs.spec import EnvSpec
 from pigbench.envs.units import ACTION_SCALE, ACTION_SIZE
 
-TRIPS = 2  # home, and away
-MAX_STEPS = 150  # control steps after which a trip is given up
 HORIZON = 3  # control steps in which to reach the next place, if speed allows
 SPEED = (0.4, 0.8)  # range of an episode's speed, as a share of the largest action
 LIFT = (0.08, 0.20)  # range of an episode's height of approach and carrying, metres
@@ -98,8 +96,7 @@ def home(spec: EnvSpec) -> tuple[float, ...]:
 class ReplanPolicy(ScriptedPolicy[ReplanState]):
     """Moves the cube home and then away."""
 
-    episode_rows: ClassVar[int] = TRIPS * MAX_STEPS + 1
-    most_cubes: ClassVar[int] = 1
+    ability = SCRIPTED["replan"]
 
     def __init__(self, spec: EnvSpec, scene: Scene):
         super().__init__(spec, scene)
@@ -140,7 +137,7 @@ class ReplanPolicy(ScriptedPolicy[ReplanState]):
 
         The end of a trip that succeeds is known only after the action.
         """
-        return state.time >= MAX_STEPS - 1
+        return state.time >= TRIP_STEPS - 1
 
     def finished(self, state: ReplanState) -> Bool[Array, ""]:
         """Whether both trips are over."""
@@ -169,7 +166,7 @@ class ReplanPolicy(ScriptedPolicy[ReplanState]):
         cube = cube_poses(self.scene, seen)[0][0]
         through = state.stage >= len(STAGES)
         placed = jnp.linalg.norm((cube - self.target(state).pos)[:2]) < PLACED
-        over = (through & placed) | (state.time >= MAX_STEPS)
+        over = (through & placed) | (state.time >= TRIP_STEPS)
         return replace(
             state,
             trip=state.trip + over,

@@ -128,7 +128,7 @@ def simulator(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> ShardS
 
 def most_rows(policy: ScriptedPolicy | type[ScriptedPolicy], rows: int) -> int:
     """The most rows of an episode: the policy's own limit if it has one, else `rows`."""
-    return policy.episode_rows or rows
+    return policy.ability.episode_rows or rows
 
 
 def require_room(env: "envs.CubeEnv", fields: Iterable[str], rows: int, folder: Path) -> None:

@@ -10,7 +10,8 @@ from gymnasium import spaces
 from jaxtyping import Array, Float, Int, Key
 
 from pigbench import envs, seeds
-from pigbench.agents.representations import GOALS, Representation
+from pigbench.agents.goals import GOALS
+from pigbench.agents.representations import Representation
 from pigbench.envs import State
 from pigbench.envs.rendering import Renderer
 from pigbench.envs.units import CONTROL_STEP, metres

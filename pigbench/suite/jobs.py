@@ -44,7 +44,7 @@ def _generation(suite: Suite, environment: Environment, name: str, folder: Path)
         "episodes": -(-environment.transitions // data.episode_transitions),
         "compact": data.compact,
     }
-    if not lookup("policy", SCRIPTED, data.policy).ends_episodes:
+    if not lookup("policy", SCRIPTED, data.policy).episode_rows:
         options["episode-length"] = data.episode_transitions + 1
     if data.validation_episodes is not None:
         options["validation-episodes"] = data.validation_episodes

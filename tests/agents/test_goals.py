@@ -11,7 +11,8 @@ from ogbench.relabel_utils import add_oracle_reps
 
 from pigbench import agents, envs
 from pigbench.agents import registry
-from pigbench.agents.representations import GOALS, Representation
+from pigbench.agents.goals import GOALS
+from pigbench.agents.representations import Representation
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
 

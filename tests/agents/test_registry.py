@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import pytest
 
 from pigbench import agents
-from pigbench.agents.registry import PRESETS
+from pigbench.agents.presets import PRESETS
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
 

@@ -13,7 +13,7 @@ from pigbench.envs.cubes import MAX_CUBES
 from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import POLICIES
 from pigbench.envs.physics import MujocoPhysics
-from pigbench.envs.scripted import SCRIPTED, Scripted
+from pigbench.envs.scripted import SCRIPTED
 from pigbench.envs.walls import WALLS
 from pigbench.errors import UserError
 
@@ -32,11 +32,7 @@ def make(scene, num_cubes: int) -> CubeEnv:
 
 
 def test_what_policies_can_do_is_known_without_their_code():
-    able = {
-        name: Scripted(policy.most_cubes, ends_episodes=policy.episode_rows > 0)
-        for name, policy in POLICIES.items()
-    }
-    assert able == SCRIPTED
+    assert {name: policy.ability for name, policy in POLICIES.items()} == SCRIPTED
 
 
 @pytest.mark.parametrize("num_cubes", [1, 2, 5, 6, 7, 9, 12, MAX_CUBES])
@@ -44,7 +40,7 @@ def test_what_policies_can_do_is_known_without_their_code():
 def test_every_policy_acts_with_as_many_cubes_as_it_can_move(scene, name, num_cubes):
     env = make(scene, num_cubes)
     key = jax.random.key(0)
-    if num_cubes > POLICIES[name].most_cubes:
+    if num_cubes > POLICIES[name].ability.most_cubes:
         refusal = f"cube-{num_cubes} has {num_cubes} cubes, and .* moves no more than"
         with pytest.raises(UserError, match=refusal):
             POLICIES[name](env.spec, env.scene)

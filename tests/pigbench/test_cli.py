@@ -214,7 +214,7 @@ WRONG = {
     ),
     "more cubes than a policy can move": (
         ["generate", "cube-double", "--out", "D", "--policy", "replan"],
-        "cube-double has 2 cubes, and ReplanPolicy moves no more than 1: choose another policy",
+        "cube-double has 2 cubes, and replan moves no more than 1: choose another policy",
     ),
     "shares of no cluster": (
         ["generate", "cube-single", "--out", "D", "--cpus-per-task", "2"],

@@ -8,7 +8,8 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from pigbench.agents.representations import GOALS, Representation
+from pigbench.agents.goals import GOALS
+from pigbench.agents.representations import Representation
 from pigbench.data import shard
 from pigbench.data.dataset import ENDINGS, Dataset, Split
 from pigbench.data.manifest import ShardRecord

@@ -40,7 +40,7 @@ def episodes(zero, policy):
             cubes = row["qpos"][:, zero.scene.cubes_qpos][:, :3]
             return after, (row["live"], batch.memory.trip, cubes)
 
-        last, rows = jax.lax.scan(step, begun, length=policy.episode_rows)
+        last, rows = jax.lax.scan(step, begun, length=policy.ability.episode_rows)
         return last.memory.away, rows
 
     return jax.device_get(run(jax.random.split(jax.random.key(0), EPISODES)))
@@ -94,7 +94,7 @@ def test_a_cube_that_is_lost_is_fetched_again(policy, begun):
 
 def test_a_trip_is_given_up_in_the_end(policy, begun):
     state, physics = begun
-    late = replace(state, time=jnp.asarray(replan.MAX_STEPS - 1), waited=jnp.asarray(2))
+    late = replace(state, time=jnp.asarray(replan.TRIP_STEPS - 1), waited=jnp.asarray(2))
     after = advanced(policy, late, physics)
     assert (after.trip, after.time, after.waited) == (1, 0, 0)
     assert not policy.finished(after)

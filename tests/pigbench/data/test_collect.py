@@ -21,6 +21,7 @@ from pigbench.envs.observation import cube_poses
 from pigbench.envs.oracles import PlayPolicy, ScriptedPolicy
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import build
+from pigbench.envs.scripted import Scripted
 from pigbench.envs.units import metres
 
 pytestmark = pytest.mark.usefixtures("users_emitters")
@@ -128,7 +129,7 @@ def test_a_killed_generation_is_resumed_to_the_same_bytes(tmp_path):
 class Looking(PlayPolicy):
     """Tells where it sees the cube, and ends an episode after 3 rows, or after 6."""
 
-    episode_rows = 6
+    ability = Scripted(episode_rows=6)
 
     def act(self, key, state, physics_state):
         return jnp.zeros(5).at[:3].set(cube_poses(self.scene, physics_state)[0][0])
