@@ -1,6 +1,6 @@
 """Methods from elsewhere: modules imported here call `register` for each of their methods.
 
-A file may register environments, measures and loggers too.
+A file may register environments, measures, physics engines and loggers too.
 """
 
 import contextlib

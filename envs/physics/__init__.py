@@ -1,7 +1,6 @@
-"""Physics engines by name."""
+"""Physics engines by name, to which a user's own file may add."""
 
 import importlib.util
-from collections.abc import Callable
 
 from pigbench import devices
 from pigbench.envs.physics.base import Factors, Physics, PhysicsState, warn_of_overflow
@@ -9,11 +8,22 @@ from pigbench.envs.physics.mjx_jax import MjxJax
 from pigbench.envs.physics.mjx_warp import MjxWarp
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import Scene
-from pigbench.errors import lookup
+from pigbench.errors import UserError, lookup_own
+from pigbench.names import check
 
-ENGINES: dict[str, Callable[[Scene], Physics]] = {
+ENGINES: dict[str, type[Physics]] = {
     engine.name: engine for engine in (MujocoPhysics, MjxWarp, MjxJax)
 }
+
+
+def register(engine: type[Physics]) -> None:
+    """Register an engine under its `name`; `UserError` if the name is taken or invalid."""
+    check("a physics engine", engine.name)
+    if engine.name in ENGINES:
+        raise UserError(
+            f"physics engine {engine.name!r} is already registered: choose another name"
+        )
+    ENGINES[engine.name] = engine
 
 
 def default_engine() -> str:
@@ -27,7 +37,7 @@ def default_engine() -> str:
 
 def make(engine: str, scene: Scene) -> Physics:
     """The engine called `engine` on a scene; `UserError` if there is none."""
-    return lookup("physics engine", ENGINES, engine)(scene)
+    return lookup_own("physics engine", ENGINES, engine)(scene)
 
 
 __all__ = [
@@ -37,5 +47,6 @@ __all__ = [
     "PhysicsState",
     "default_engine",
     "make",
+    "register",
     "warn_of_overflow",
 ]

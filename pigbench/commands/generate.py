@@ -4,23 +4,25 @@ import contextlib
 import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from pigbench import devices, envs, settings
+from pigbench import envs
 from pigbench.cluster import Cluster
-from pigbench.data import collect, remote
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.manifest import Spec
 from pigbench.data.writer import Writer
-from pigbench.envs.oracles import POLICIES, ScriptedPolicy
-from pigbench.envs.physics.mujoco import MujocoPhysics
+from pigbench.envs.scripted import SCRIPTED
 from pigbench.errors import UserError, lookup, require, require_left_out
 from pigbench.provenance import package_versions
 from pigbench.seeds import Seed
 from pigbench.support import files, memory, typed
 from pigbench.support.lock import only_writer
+
+if TYPE_CHECKING:
+    from pigbench.data import collect
+    from pigbench.envs.oracles import ScriptedPolicy
 
 _SHARD_OF_HOST, _SHARD_OF_ACCELERATOR = 50, 2048
 """Default numbers of episodes simulated at once: an accelerator needs thousands."""
@@ -56,8 +58,8 @@ class Generate:
     episodes_per_shard: int | None = None
     """Episodes simulated at once and written as one shard; by default a number suited to the
     engine."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine."""
+    engine: str | None = None
+    """Physics engine, by default the one for this device."""
     physics: Annotated[str, tyro.conf.arg(help_behavior_hint="(default: exact)")] = "exact"
     """Physics profile: exact has OGBench's contact geometry, fast simpler fingers."""
 
@@ -71,28 +73,34 @@ class Generate:
             raise UserError(
                 f"validation_episodes is {self.validation_episodes}: it must be 0 or more"
             )
-        policy = POLICIES[self._policy()]
-        policy.check(envs.get(self.environment))
-        if policy.episode_rows:
+        ability, spec = SCRIPTED[self._policy()], envs.get(self.environment)
+        ability.require(self._policy(), spec.name, spec.num_cubes)
+        if ability.episode_rows:
             where = f"with policy {self._policy()!r}, which ends its episodes itself"
             require_left_out(self, where, "episode_length")
-        memory.require_for(self._episodes_per_shard())
+        if self.episodes_per_shard is not None:
+            memory.require_for(self.episodes_per_shard)
 
     def run(self) -> None:
         """Generate the missing shards."""
+        from pigbench import settings
+        from pigbench.data import collect
+        from pigbench.envs.oracles import POLICIES
+
         files.require_folder(self.out)
-        env = envs.make(self.environment, engine=self.engine, profile=self.physics)
+        engine = self.engine or envs.default_engine()
+        env = envs.make(self.environment, engine=engine, profile=self.physics)
         policy = POLICIES[self._policy()](env.spec, env.scene)
         length = self.episode_length or EPISODE_ROWS
         spec = Spec(
             environment=self.environment,
             policy=self._policy(),
             physics=self.physics,
-            engine=self.engine,
+            engine=engine,
             seed=self.seed,
             episodes={"train": self.episodes, "val": self._validation_episodes()},
-            episodes_per_shard=self._episodes_per_shard(),
-            rows_per_episode=0 if policy.episode_rows else length,
+            episodes_per_shard=self._episodes_per_shard(engine),
+            rows_per_episode=0 if policy.ability.episode_rows else length,
             fields=collect.COMPACT if self.compact else collect.FIELDS,
             layout=env.layout,
             action_size=env.action_size,
@@ -112,8 +120,10 @@ class Generate:
 
     @contextlib.contextmanager
     def _source(
-        self, env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec
-    ) -> Iterator[collect.Source]:
+        self, env: "envs.CubeEnv", policy: "ScriptedPolicy", spec: Spec
+    ) -> Iterator["collect.Source"]:
+        from pigbench.data import collect, remote
+
         if self.cluster.ray is None:
             yield collect.local_source(env, policy, spec)
         else:
@@ -124,7 +134,7 @@ class Generate:
         """The name of the scripted policy. Raises UserError if there is none of that name."""
         usual = envs.get(self.environment).policy
         name = usual if self.policy is None else self.policy
-        lookup("policy", POLICIES, name)
+        lookup("policy", SCRIPTED, name)
         return name
 
     def _validation_episodes(self) -> int:
@@ -132,9 +142,12 @@ class Generate:
             return max(1, self.episodes // 10)
         return self.validation_episodes
 
-    def _episodes_per_shard(self) -> int:
+    def _episodes_per_shard(self, engine: str) -> int:
+        from pigbench import devices
+        from pigbench.envs.physics.mujoco import MujocoPhysics
+
         if self.episodes_per_shard is not None:
             return self.episodes_per_shard
-        if self.engine == MujocoPhysics.name or devices.backend() == "cpu":
+        if engine == MujocoPhysics.name or devices.backend() == "cpu":
             return _SHARD_OF_HOST
         return min(_SHARD_OF_ACCELERATOR, self.episodes)

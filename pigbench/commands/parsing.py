@@ -76,7 +76,7 @@ def _overview() -> str:
         *(f"  {name:{width}}  {command.summary}" for name, command in COMMANDS.items()),
         "",
         "Every command takes --plugin FILE, a Python file that registers methods, environments,",
-        "measures or loggers of your own.",
+        "measures, physics engines or loggers of your own.",
     ]
     return "\n".join(lines)
 

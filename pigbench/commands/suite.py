@@ -12,7 +12,7 @@ from pigbench.commands.parsing import parse
 from pigbench.errors import UserError, require
 from pigbench.page import make
 from pigbench.report.formats import markdown_grid
-from pigbench.suite import checks, estimate, growth, logs, results, spec, stages
+from pigbench.suite import growth, logs, results, spec, stages
 from pigbench.suite.status import status, table
 from pigbench.support import cores
 from pigbench.support.lock import only_writer
@@ -42,6 +42,8 @@ class RunSuite:
 
     def run(self) -> None:
         """Do the work that is not done yet."""
+        from pigbench.suite import checks, estimate
+
         require(self, lambda x: x >= 1, "at least 1", "jobs")
         suite = spec.read(self.file)
         configs = checks.checked_configurations(suite, self.out, parse)

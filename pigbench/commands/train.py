@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
-import jax
 import tyro
 
 from pigbench import agents, envs, names, opengl, trackers
-from pigbench.agents import AgentConfig, Statistics
-from pigbench.agents.registry import PRESETS
+from pigbench.agents.config import AgentConfig
+from pigbench.agents.presets import PRESETS
+from pigbench.agents.statistics import Statistics
 from pigbench.commands.parsing import MAY_BE_EMPTY
-from pigbench.data import dataset, homes
+from pigbench.data import dataset
 from pigbench.data.dataset import Dataset
 from pigbench.data.defaults import HomeChoice
 from pigbench.errors import UserError, lookup, require_left_out
@@ -27,7 +27,6 @@ from pigbench.seeds import OptionalSeed, Seed
 from pigbench.support import files, typed
 from pigbench.support.lock import only_writer
 from pigbench.training.schedule import Schedule
-from pigbench.training.sharding import Sharding
 from pigbench.training.together import common_step
 
 
@@ -35,8 +34,8 @@ from pigbench.training.together import common_step
 class Train:
     """Train one method, with one seed or several, and evaluate it as it learns.
 
-    The options of --agent are those of METHOD, with the preset's defaults: to see them, use
-    `pigbench train METHOD --preset cpu --help`.
+    METHOD comes first. The options of --agent are the method's, with the preset's defaults: to see
+    them all, use `pigbench train METHOD --preset cpu --help`.
 
     If the command was interrupted, run it again: it continues from the last checkpoint and ends
     with the same parameters. With more --steps, a run that has ended is trained further.
@@ -80,8 +79,8 @@ class Train:
     """Film a success and a failure of each task at each evaluation, for films/ and the loggers."""
     evaluation: Evaluation = dataclasses.field(default_factory=Evaluation)
     """How the policy is evaluated."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine of the evaluation."""
+    engine: str | None = None
+    """Physics engine of the evaluation, by default the one for this device."""
     rows: HomeChoice = "auto"
     """Where the data's rows are kept: device, disk, or auto for the device if they fit."""
 
@@ -105,11 +104,17 @@ class Train:
 
     @classmethod
     def defaults(cls, arguments: Sequence[str]) -> "Train":
-        """The defaults of the chosen method and preset, which determine the available fields."""
+        """The defaults of the chosen method and preset, which determine the available fields.
+
+        Without a method, they are those that all methods have. Raises UserError if it does not come
+        first, for then it is not known which of the arguments it is.
+        """
         preset = _given(arguments, "--preset", cls.preset)
-        named = arguments and not arguments[0].startswith("-")
-        method = agents.get(arguments[0]) if named else agents.get(agents.names()[0])
-        agent = _of_kinds(method.preset(preset), arguments, "--agent")
+        agent = AgentConfig()
+        if arguments and not arguments[0].startswith("-"):
+            agent = _of_kinds(agents.get(arguments[0]).preset(preset), arguments, "--agent")
+        elif arguments and not {"-h", "--help"}.intersection(arguments):
+            raise UserError("METHOD must come first: pigbench train METHOD --data PATH --out PATH")
         goals = _given(arguments, "--goals", agent.goals)
         return cls(
             method=tyro.MISSING,
@@ -121,7 +126,9 @@ class Train:
 
     def run(self) -> None:
         """Train to the end, continuing an earlier run that was interrupted."""
-        from pigbench.training.train import train  # imports Orbax, which takes long
+        from pigbench.data import homes
+        from pigbench.training.sharding import Sharding
+        from pigbench.training.train import train
 
         if self.films:
             opengl.choose()
@@ -129,7 +136,7 @@ class Train:
         for folder in itertools.chain.from_iterable(groups):
             files.require_folder(folder)
         data = dataset.load(self.data)
-        env = envs.make(data.spec.environment, engine=self.engine, profile=data.spec.physics)
+        env = envs.make(data.spec.environment, engine=self._engine, profile=data.spec.physics)
         dataset.check_layout(data, env.layout)
         split = data.split("train")
         home = homes.choose(self.rows, split)
@@ -151,7 +158,7 @@ class Train:
                     for folder, seed in group.items()
                 ]
                 _note_resumed(runs, origin)
-                states = train(
+                train(
                     runs,
                     agent,
                     rows,
@@ -164,9 +171,12 @@ class Train:
                     sharding=sharding,
                     remark=", ".join(filter(None, (str(home), str(sharding)))),
                 )
-                jax.block_until_ready(states)
             for folder in group:
                 print(typed.complete(folder, seen_by="table"))
+
+    @property
+    def _engine(self) -> str:
+        return self.engine or envs.default_engine()
 
     def _schedule(self) -> Schedule:
         return Schedule(self.steps, self.log_every, self.evaluate_every)
@@ -188,7 +198,7 @@ class Train:
             steps=self.steps,
             seed=seed,
             evaluation=dataclasses.asdict(self.evaluation)
-            | {"every": self.evaluate_every, "engine": self.engine},
+            | {"every": self.evaluate_every, "engine": self._engine},
             variant=self.variant,
         )
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pigbench import envs
-from pigbench.agents import AgentConfig
+from pigbench.agents.config import AgentConfig
 from pigbench.data import manifest
 from pigbench.suite import jobs
 from pigbench.suite.spec import Environment, Suite

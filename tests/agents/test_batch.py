@@ -2,19 +2,6 @@ import numpy as np
 import pytest
 
 from pigbench.agents import Batch, GoalMixture, Sampling, SubgoalSampling
-from pigbench.errors import UserError
-
-
-@pytest.mark.parametrize(
-    "shares", [(0.5, 0.5, 0.5), (0.2, 0.3, 0.4), (1.5, -0.5, 0.0), (float("nan"), 0.5, 0.5)]
-)
-def test_a_mixture_must_be_a_distribution(shares):
-    with pytest.raises(UserError, match="must be three probabilities that sum to 1"):
-        GoalMixture(*shares, geometric=True)
-
-
-def test_rounding_does_not_reject_a_mixture():
-    GoalMixture(current=0.1, future=0.2, random=0.7, geometric=True)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What networks see of a goal."""
+"""What networks see of a goal, and where goals come from."""
 
 import dataclasses
 
@@ -11,7 +11,7 @@ from ogbench.relabel_utils import add_oracle_reps
 
 from pigbench import agents, envs
 from pigbench.agents import registry
-from pigbench.agents.goals import GOALS
+from pigbench.agents.goals import GOALS, GoalMixture
 from pigbench.agents.representations import Representation
 from pigbench.errors import UserError
 from pigbench.layout import Layout, Space
@@ -132,3 +132,15 @@ def test_an_agent_that_does_not_know_other_goals_refuses_them():
     StatesAlone(agents.AgentConfig(), space)
     with pytest.raises(UserError, match="goals is 'cubes': StatesAlone supports only state"):
         StatesAlone(agents.AgentConfig(goals="cubes"), space)
+
+
+@pytest.mark.parametrize(
+    "shares", [(0.5, 0.5, 0.5), (0.2, 0.3, 0.4), (1.5, -0.5, 0.0), (float("nan"), 0.5, 0.5)]
+)
+def test_a_mixture_must_be_a_distribution(shares):
+    with pytest.raises(UserError, match="must be three probabilities that sum to 1"):
+        GoalMixture(*shares, geometric=True)
+
+
+def test_rounding_does_not_reject_a_mixture():
+    GoalMixture(current=0.1, future=0.2, random=0.7, geometric=True)

@@ -1,17 +1,21 @@
 """The examples, small: the very scripts, on a few rows and updates."""
 
+import copy
 import re
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import matplotlib.image
+import mujoco
 import numpy as np
 import pytest
 
 from pigbench import cli, envs, seeds
 from pigbench.agents.residuals import Transitions
 from pigbench.data import dataset
+from pigbench.envs import physics
+from pigbench.errors import UserError
 from pigbench.evaluation import episodes
 from pigbench.runs.restore import restore
 
@@ -92,6 +96,25 @@ def test_a_regulariser_of_a_file_is_trained_with_and_read_back(compared, example
     )
     _, residuals = regularizer.residuals(lambda x: (slopes * x).sum(axis=-1), transitions)
     np.testing.assert_allclose(residuals, [(5 - 2) ** 2, 0], rtol=1e-6)
+
+
+def test_an_engine_of_a_file_steps_as_mujoco_in_c_with_half_the_timestep(load, monkeypatch):
+    monkeypatch.setattr(physics, "ENGINES", dict(physics.ENGINES))
+    engine = load("half_steps").HalfSteps.name
+    env = envs.make("cube-single", engine=engine)
+    state = jax.jit(env.random_scene)(seeds.key(0))
+    ctrl = np.asarray(state.qpos[: env.scene.model.nu]) + 0.01
+    after = jax.jit(env.physics.step)(state, ctrl)
+    model = copy.copy(env.scene.model)
+    model.opt.timestep = 0.001
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.qacc_warmstart[:] = state.qpos, state.qvel, state.warmstart
+    data.ctrl[:] = ctrl
+    mujoco.mj_step(model, data, nstep=50)
+    np.testing.assert_array_equal(after.qpos, np.float32(data.qpos))
+    assert np.abs(after.qpos - state.qpos).max() > 1e-3
+    with pytest.raises(UserError, match=f"{engine}' is already registered: choose another name"):
+        load("half_steps")
 
 
 def test_an_environment_of_a_file_is_generated_and_learned(examples, tmp_path, monkeypatch):

@@ -39,6 +39,11 @@ def test_an_option_has_the_constants_of_its_kind(arguments, option, expected):
     assert getattr(agent(arguments), option) == expected
 
 
+def test_the_method_comes_first_else_its_hyperparameters_would_be_anothers():
+    with pytest.raises(UserError, match="METHOD must come first: pigbench train METHOD --data"):
+        cli.parse(["train", "--data", "d", "hjb-gcivl", "--out", "o"])
+
+
 def test_goals_may_be_asked_for_in_short():
     assert agent("gcivl --goals cubes").goals == agent("gcivl --agent.goals cubes").goals == "cubes"
     assert agent("gcivl --goals cubes --agent.goals cubes").goals == "cubes"
