@@ -9,6 +9,9 @@ films/STEP/       films of an evaluation, if requested
 episodes.csv      every evaluation episode (`pigbench.evaluation.episodes`)
 noise/            the same at other noise levels of the cubes' estimates: 5.csv is for 5 mm
 checkpoints/      training states
+analysis/         what `analyze` and `subgoals` measured
+wandb-id          the run's id in Weights & Biases, if it is shown there
+.lock             held by the process that writes
 """
 
 import dataclasses
