@@ -1,5 +1,6 @@
 """One gradient step of any agent: the only module that handles optimisers and target networks."""
 
+from functools import partial
 from typing import Any, cast
 
 import jax
@@ -30,6 +31,7 @@ class TrainState:
         return self.average or self.params
 
 
+@partial(jax.jit, static_argnames="agent")  # else as many programs as operations
 def create(agent: Agent[Any], key: PRNGKeyArray) -> TrainState:
     """Initial parameters, equal target parameters, and a fresh optimiser state."""
     params = agent.init(key)

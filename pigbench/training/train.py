@@ -104,11 +104,10 @@ def _begun(
 
     Both are committed to a device: if only saved ones were, they would need other programs.
     """
-    create = jax.jit(partial(agents.create, agent))  # else as many programs as operations
     if saved_step is None:
         device = jax.local_devices()[0]
-        return [jax.device_put(create(key), device) for key in keys]
-    like = jax.eval_shape(create, keys[0])
+        return [jax.device_put(agents.create(agent, key), device) for key in keys]
+    like = jax.eval_shape(partial(agents.create, agent), keys[0])
     return [saved.restore(like, saved_step) for saved in checkpoints]
 
 

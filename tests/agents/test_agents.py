@@ -95,7 +95,7 @@ def build(name: str) -> Method:
         keys = jax.random.split(key, len(states))
         return jax.vmap(agent.act, (None, 0, 0, 0))(params, states, goals, keys)
 
-    create = jax.jit(partial(agents.create, agent))
+    create = partial(agents.create, agent)
     return Method(create(jax.random.key(0)), train, act)
 
 

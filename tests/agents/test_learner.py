@@ -1,3 +1,4 @@
+import copy
 from functools import partial
 
 import jax
@@ -90,10 +91,11 @@ def test_an_average_acts_where_the_agent_averages(line):
     batch = random_batch(key)
     assert agents.create(line, key).average == {}
 
-    line.average_rate = 0.9
-    state, expected = agents.create(line, key), 0.0
+    averaged = copy.copy(line)
+    averaged.average_rate = 0.9
+    state, expected = agents.create(averaged, key), 0.0
     for step, rate in enumerate((1, 10 / 11, 0.9, 0.9)):
-        state, _ = agents.update(line, state, batch, key)
+        state, _ = agents.update(averaged, state, batch, key)
         expected += rate * (0.1 * (step + 1) - expected)
         np.testing.assert_allclose(state.acting["b"], expected, rtol=1e-5)
     np.testing.assert_allclose(state.params["b"], 0.4, rtol=1e-5)
