@@ -1,6 +1,7 @@
 """`pigbench table`, `plot` and `report`: the results of runs, from their saved files alone."""
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -8,13 +9,20 @@ import tyro
 
 from pigbench.errors import UserError, lookup
 from pigbench.page import make
-from pigbench.report import order, stats, tables
+from pigbench.report import order, plots, stats, tables
+from pigbench.report.plots import PlotKind
 from pigbench.report.scoring import Scoring
 from pigbench.report.stats import Result
+from pigbench.report.tables import TableKind
 from pigbench.runs.run import read_run
 
 Runs = tyro.conf.Positional[tuple[Path, ...]]
 FlatScoring = Annotated[Scoring, tyro.conf.arg(name="")]  # --checkpoint, not --scoring.checkpoint
+
+
+def _kinds(table: Mapping[str, TableKind | PlotKind]) -> str:
+    """The help of an option that names kinds."""
+    return ", ".join(f"{name} ({kind.about})" for name, kind in table.items()) + "."
 
 
 def _results(runs: tuple[Path, ...]) -> list[Result]:
@@ -32,11 +40,10 @@ class PrintTable:
 
     runs: Runs
     """Folders of runs."""
-    show: tuple[str, ...] = ("methods", "tasks")
-    """Tables: methods (by environment), tasks (by method), aggregate (interquartile mean over
-    environments), improvement (probability that one method is better than another), milestones
-    (how far episodes got), thresholds (how near to their targets cubes end, beside the paper's
-    robot), noise (the same, by noise of the cubes' estimates)."""
+    show: Annotated[tuple[str, ...], tyro.conf.arg(help=_kinds(tables.TABLES))] = (
+        "methods",
+        "tasks",
+    )
     format: str = "markdown"
     """markdown, latex or csv."""
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
@@ -60,17 +67,12 @@ class DrawPlot:
     """Folders of runs."""
     out: Path
     """File of the picture; its extension (png, pdf, svg) chooses the format."""
-    kind: str = "curves"
-    """curves (over training steps), bars (by task), box (over environments), columns (curves by
-    the input of a hierarchy's low level), profile (shares of runs above each success rate) or
-    milestones (how far episodes got, from touching a cube to success)."""
+    kind: Annotated[str, tyro.conf.arg(help=_kinds(plots.KINDS))] = "curves"
     scoring: FlatScoring = dataclasses.field(default_factory=Scoring)
     """How a run is scored; curves show every checkpoint."""
 
     def run(self) -> None:
         """Draw the picture."""
-        from pigbench.report import plots  # imports Matplotlib, which tables do not need
-
         plots.plot(
             _results(self.runs),
             self.out,

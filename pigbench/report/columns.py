@@ -65,11 +65,6 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     return figure
 
 
-def has_low_levels(cells: Cells) -> bool:
-    """Whether a method is hierarchical."""
-    return any(result.representation for group in cells.values() for result in group)
-
-
 def _by_representation(cells: Cells, environment: str) -> dict[str, dict[str, Sequence[Result]]]:
     """The results of methods in an environment, by representation and then by name."""
     low_levels = {

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from pigbench.report import stats
+from pigbench.report.scoring import Cells
 from pigbench.report.styles import BLACK, GREY, Style
 from pigbench.support.grouping import grouped
 
@@ -51,3 +52,8 @@ def shown_names(low_levels: Mapping[str, str | None]) -> dict[str, str]:
         for name, variants in grouped(low_levels, stats.base).items()
         for variant in variants
     }
+
+
+def has_low_levels(cells: Cells) -> bool:
+    """Whether a method is hierarchical."""
+    return any(result.representation for group in cells.values() for result in group)

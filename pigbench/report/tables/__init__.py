@@ -30,20 +30,31 @@ __all__ = [
 
 
 class TableKind(NamedTuple):
-    """A kind of table: the function that makes it of results, and whether cells can fill it."""
+    """A kind of table, and the function that makes it of results."""
 
+    about: str
     make: Callable[..., Table]
-    fits: Callable[[Cells], bool] = lambda cells: True
+    fits: Callable[[Cells], bool] = lambda cells: True  # whether cells can fill it
 
 
 TABLES: Mapping[str, TableKind] = {
-    "methods": TableKind(method_table),
-    "tasks": TableKind(task_table),
-    "aggregate": TableKind(aggregate_table, comparison.has_common_environment),
-    "improvement": TableKind(improvement_table, comparison.has_comparable_methods),
-    "milestones": TableKind(milestone_table),
-    "thresholds": TableKind(threshold_table),
-    "noise": TableKind(noise_table, has_common_noise),
+    "methods": TableKind("by environment", method_table),
+    "tasks": TableKind("by method", task_table),
+    "aggregate": TableKind(
+        "interquartile mean over environments",
+        aggregate_table,
+        comparison.has_common_environment,
+    ),
+    "improvement": TableKind(
+        "probability that one method is better than another",
+        improvement_table,
+        comparison.has_comparable_methods,
+    ),
+    "milestones": TableKind("how far episodes got", milestone_table),
+    "thresholds": TableKind(
+        "how near to their targets cubes end, beside the paper's robot", threshold_table
+    ),
+    "noise": TableKind("the same, by noise of the cubes' estimates", noise_table, has_common_noise),
 }
 
 
