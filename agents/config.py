@@ -4,10 +4,11 @@ A method's configuration has only fields that change what the method does. It is
 `AgentConfig`, or on those of the classes below that say what the method consists of.
 """
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar
 
 from pigbench.agents.goals import ACTOR_GOALS, GOALS, VALUE_GOALS, GoalMixture
-from pigbench.errors import lookup, require
+from pigbench.errors import UserError, lookup, require
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,9 @@ class AgentConfig:
 
     Raises `UserError` if a value is out of range.
     """
+
+    decided: ClassVar[tuple[str, ...]] = ()
+    """Nested fields that the others decide, such as low.discount; their values have no effect."""
 
     learning_rate: float = 3e-4  # of Adam
     batch_size: int = 1024  # transitions per update
@@ -29,6 +33,14 @@ class AgentConfig:
         require(self, lambda x: x > 0, "positive", "learning_rate", "batch_size")
         require(self, lambda x: 0 < x < 1, "between 0 and 1, both excluded", "discount")
         require(self, _are_positive, "positive numbers", "actor_hidden_sizes")
+
+    def record(self) -> dict[str, Any]:
+        """All fields that have an effect, by name; nested configurations are mappings too."""
+        fields = asdict(self)
+        for place in self.decided:
+            outer, name = place.split(".")
+            fields[outer].pop(name, None)
+        return fields
 
 
 @dataclass(frozen=True)
@@ -60,6 +72,11 @@ class TargetConfig(ValueConfig):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self, lambda x: 0 < x <= 1, "above 0 and at most 1", "target_rate")
+
+
+def no_effect(place: str) -> UserError:
+    """The error for a field of `AgentConfig.decided` that is given nevertheless."""
+    return UserError(f"{place} has no effect: leave it out, other hyperparameters decide it")
 
 
 def _are_positive(sizes: tuple[int, ...]) -> bool:

@@ -18,7 +18,7 @@ from jaxtyping import Float, PRNGKeyArray, Scalar
 
 from pigbench.agents.agent import Agent, Params
 from pigbench.agents.batch import Batch, Sampling, SubgoalSampling, ValueGoals
-from pigbench.agents.config import AgentConfig, TargetConfig
+from pigbench.agents.config import AgentConfig, TargetConfig, no_effect
 from pigbench.agents.constraints import Constraint
 from pigbench.agents.flow import FlowPolicy
 from pigbench.agents.gcivl import GCIVLConfig
@@ -39,17 +39,22 @@ from pigbench.shapes import Array
 
 T = TypeVar("T")
 
-DECIDED_ABOVE = ("learning_rate", "batch_size", "target_rate", "discount", "goals", "actor_goals")
-"""Fields of the low level's configuration that the hierarchy sets, as far as it has them."""
-
 
 @dataclass(frozen=True)
 class FlowHierarchyConfig(TargetConfig):
     """Hyperparameters of both levels; those outside `low` are the high level's, or shared.
 
-    Raises `UserError` if `low` changes a field of `DECIDED_ABOVE`.
+    Raises `UserError` if `low` changes a field that the hierarchy decides.
     """
 
+    decided = (
+        "low.learning_rate",
+        "low.batch_size",
+        "low.target_rate",
+        "low.discount",
+        "low.goals",
+        "low.actor_goals",
+    )
     value_goals: GoalMixture = HIERARCHY_VALUE_GOALS
     actor_goals: GoalMixture = HIERARCHY_ACTOR_GOALS
     subgoal_steps: int = 25  # K: how many steps ahead subgoals are
@@ -67,9 +72,10 @@ class FlowHierarchyConfig(TargetConfig):
         require(self, lambda x: 0 < x <= 1, "above 0 and at most 1", "average_rate")
         lookup("representation", REPRESENTATIONS, self.low_level_representation)
         unchanged = type(self.low)()
-        for name in DECIDED_ABOVE:
+        for place in self.decided:
+            name = place.removeprefix("low.")
             if getattr(self.low, name, None) != getattr(unchanged, name, None):
-                raise UserError(f"low.{name} has no effect: leave it out, the hierarchy sets it")
+                raise no_effect(place)
 
     @property
     def low_discount(self) -> float:

@@ -11,7 +11,7 @@ from typing import Any, get_args, get_type_hints
 import tyro
 
 from pigbench import agents, envs, names, opengl, trackers
-from pigbench.agents.config import AgentConfig
+from pigbench.agents.config import AgentConfig, no_effect
 from pigbench.agents.presets import PRESETS
 from pigbench.agents.statistics import Statistics
 from pigbench.commands.parsing import MAY_BE_EMPTY
@@ -113,6 +113,7 @@ class Train:
         agent = AgentConfig()
         if arguments and not arguments[0].startswith("-"):
             agent = _of_kinds(agents.get(arguments[0]).preset(preset), arguments, "--agent")
+            _refuse_decided(agent, arguments)
         elif arguments and not {"-h", "--help"}.intersection(arguments):
             raise UserError("METHOD must come first: pigbench train METHOD --data PATH --out PATH")
         goals = _given(arguments, "--goals", agent.goals)
@@ -191,7 +192,7 @@ class Train:
         return RunConfig(
             method=self.method,
             preset=self.preset,
-            agent=dataclasses.asdict(self.agent),
+            agent=self.agent.record(),
             environment=data.spec.environment,
             physics=data.spec.physics,
             dataset_digest=data.digest,
@@ -214,6 +215,15 @@ def _of_kinds(config: Any, arguments: Sequence[str], prefix: str) -> Any:
         elif dataclasses.is_dataclass(value):
             changes[field.name] = _of_kinds(value, arguments, option)
     return dataclasses.replace(config, **changes)
+
+
+def _refuse_decided(config: AgentConfig, arguments: Sequence[str]) -> None:
+    """Raise UserError if an option is given whose value other hyperparameters decide."""
+    given = [argument.partition("=")[0].replace("_", "-") for argument in arguments]
+    for place in config.decided:
+        option = f"--agent.{place.replace('_', '-')}"
+        if any(name == option or name.startswith(f"{option}.") for name in given):
+            raise no_effect(place)
 
 
 def _kinds(config: Any, field: str) -> dict[str, Any]:

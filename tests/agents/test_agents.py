@@ -12,7 +12,6 @@ import pytest
 
 from pigbench import agents
 from pigbench.agents import AgentConfig, AWRExtraction
-from pigbench.agents.flow_hierarchy import DECIDED_ABOVE
 from pigbench.data import sampler
 from pigbench.layout import Layout, Space
 from pigbench.support.compare import flatten
@@ -154,7 +153,8 @@ def watched(config, reads: set[str], place: str = ""):
 
 def is_decided_above(field: str) -> bool:
     """Whether a hierarchy refuses another value of this field of its low level."""
-    return field.startswith("low.") and field.split(".")[1] in DECIDED_ABOVE
+    decided = agents.FlowHierarchyConfig.decided
+    return any(field == place or field.startswith(f"{place}.") for place in decided)
 
 
 CONFIGS = {name: agents.get(name).config for name in agents.names()}

@@ -44,6 +44,20 @@ def test_the_method_comes_first_else_its_hyperparameters_would_be_anothers():
         cli.parse(["train", "--data", "d", "hjb-gcivl", "--out", "o"])
 
 
+@pytest.mark.parametrize(
+    "option",
+    ["--agent.low.learning-rate 3e-4", "--agent.low.discount=0.999", "--agent.low.target_rate 0.1"],
+)
+def test_what_a_hierarchy_decides_is_neither_an_option_nor_recorded(option):
+    name = option.split()[0].split("=")[0].removeprefix("--agent.").replace("-", "_")
+    with pytest.raises(UserError, match=f"^{name} has no effect: leave it out"):
+        agent(f"h-flow-gcivl --preset cpu {option}")
+    record = agent("h-flow-gcivl --preset cpu").record()
+    assert name.split(".")[1] in record
+    assert name.split(".")[1] not in record["low"]
+    assert record["low"]["expectile"] == 0.9
+
+
 def test_goals_may_be_asked_for_in_short():
     assert agent("gcivl --goals cubes").goals == agent("gcivl --agent.goals cubes").goals == "cubes"
     assert agent("gcivl --goals cubes --agent.goals cubes").goals == "cubes"
