@@ -2,9 +2,10 @@
 
 import argparse
 import contextlib
-import dataclasses
+import functools
 import importlib
 import io
+import itertools
 import os
 import re
 import sys
@@ -101,22 +102,23 @@ def parse_fields(kind: Any, arguments: Sequence[str], *, program: str) -> Any:
         if exit_.code in (0, None):
             raise
         raise UserError(f"{_one_line(complaint.getvalue())} (see {program} --help)") from None
-    if lacking := _lacking(command):
+    if lacking := _lacking(command, arguments):
         raise UserError(f"{lacking} needs at least one value (see {program} --help)")
     return command
 
 
-def _lacking(command: Any) -> str | None:
-    """The first option that has values by default, was given none, and needs one.
+def _lacking(command: Any, arguments: Sequence[str]) -> str | None:
+    """The first option that is given without the values that it takes, which would mean none.
 
     Fields with `MAY_BE_EMPTY` in their metadata need none.
     """
-    for field in dataclasses.fields(command):
-        if getattr(command, field.name) != () or MAY_BE_EMPTY in field.metadata:
-            continue
-        usual = field.default_factory() if callable(field.default_factory) else field.default
-        if isinstance(usual, tuple) and usual:
-            return f"--{field.name.replace('_', '-')}"
+    for option, following in itertools.pairwise([*arguments, "--"]):
+        if option.startswith("--") and following.startswith("--"):
+            *places, name = option.removeprefix("--").replace("-", "_").split(".")
+            holder = functools.reduce(lambda one, place: getattr(one, place, None), places, command)
+            field = getattr(holder, "__dataclass_fields__", {}).get(name)
+            if field and getattr(holder, name) == () and MAY_BE_EMPTY not in field.metadata:
+                return option
     return None
 
 

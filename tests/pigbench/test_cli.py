@@ -192,6 +192,15 @@ WRONG = {
         ["generate", "cube-single", "--out", "D", "--episodes-per-shard", "100000000000"],
         "100,000,000,000 simulations at once take",
     ),
+    "noise without levels": (["evaluate", "R", "--noise"], "--noise needs at least one value"),
+    "seeds without numbers": (
+        ["train", "gcivl", "--data", "D", "--out", "R", "--seeds", "--steps", "5"],
+        "--seeds needs at least one value",
+    ),
+    "layers without sizes": (
+        ["train", "gcivl", "--data", "D", "--out", "R", "--agent.actor-hidden-sizes"],
+        "--agent.actor-hidden-sizes needs at least one value",
+    ),
     "seed beside seeds": (
         ["train", "gcivl", "--data", "D", "--out", "R", "--seed", "3", "--seeds", "0", "1"],
         "seed has no effect beside seeds: leave it out",

@@ -23,7 +23,7 @@ from pigbench.support.progress import Progress
 def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path) -> None:
     """Make a data set in `folder` from OGBench's files, or continue one that was interrupted.
 
-    `paths` are training files, or folders of them; the validation files beside them are read too.
+    `paths` are files, or folders of them; validation files beside those of training are read too.
     Numbers become float32, as in OGBench's own loader. `physics` is the profile in which policies
     trained on the data are evaluated. Raises UserError if a file is missing or torn, or if its
     arrays do not fit the environment.
@@ -44,7 +44,7 @@ def read(paths: Sequence[Path], *, environment: str, physics: str, folder: Path)
 
 
 def _files(paths: Sequence[Path]) -> dict[str, list[Path]]:
-    """The files of each split: the named training files, and the validation files beside them."""
+    """The named files of each split, and the validation files beside those of training."""
     named = [
         file
         for path in paths
@@ -54,10 +54,11 @@ def _files(paths: Sequence[Path]) -> dict[str, list[Path]]:
     if not train:
         raise UserError(f"{', '.join(map(str, paths))} holds no {SUFFIX} file of training")
     pairs = [split_paths(file) for file in train]
-    twice = repeated(file.name for file in train)
+    beside = [pair["val"] for pair in pairs if pair["val"].is_file()]
+    val = list(dict.fromkeys([*beside, *(file for file in named if file not in train)]))
+    twice = repeated(file.name for file in [*train, *val])
     if twice is not None:
         raise UserError(f"two files are named {twice}: rename one")
-    val = [pair["val"] for pair in pairs if pair["val"].is_file()]
     return {"train": train, "val": val or [pairs[0]["val"]]}
 
 

@@ -11,7 +11,7 @@ from ogbench.utils import load_dataset, make_env_and_datasets
 
 from pigbench import cli, envs
 from pigbench.data import dataset, ogbench, shard
-from pigbench.data.ogbench import source
+from pigbench.data.ogbench import reading, source
 from pigbench.data.writer import Writer
 from pigbench.errors import UserError
 from pigbench.support.lock import only_writer
@@ -389,6 +389,18 @@ def test_an_export_in_files_of_a_size_comes_back(data, tmp_path):
     import_(tmp_path / "files", tmp_path / "back")
     for key, array in content(data).items():
         np.testing.assert_array_equal(array, content(tmp_path / "back")[key])
+
+
+def test_validation_files_count_beside_training_files_and_alone(tmp_path):
+    for name in ("F-000.npz", "F-000-val.npz", "F-001-val.npz", "G.npz", "G-val.npz"):
+        (tmp_path / name).touch()
+    found = reading._files([tmp_path])
+    assert {split: [file.name for file in own] for split, own in found.items()} == {
+        "train": ["F-000.npz", "G.npz"],
+        "val": ["F-000-val.npz", "G-val.npz", "F-001-val.npz"],
+    }
+    named = reading._files([tmp_path / "F-000.npz", tmp_path / "F-001-val.npz"])
+    assert [file.name for file in named["val"]] == ["F-000-val.npz", "F-001-val.npz"]
 
 
 def test_exports_that_cannot_be(data, tmp_path):
