@@ -5,7 +5,6 @@ process is writing the same files.
 """
 
 import contextlib
-import importlib
 import os
 import sys
 import warnings
@@ -13,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from pigbench import settings
 from pigbench.commands.parsing import parse, parse_fields
 from pigbench.commands.registry import COMMANDS, named
 from pigbench.errors import UserError
@@ -90,7 +90,8 @@ def _run(command: Any) -> None:
 
 
 def _jax_defaults() -> contextlib.AbstractContextManager[None]:
-    """The defaults of `pigbench.settings` if the command has imported JAX, else none."""
-    if "jax" not in sys.modules:
-        return contextlib.nullcontext()
-    return importlib.import_module("pigbench.settings").jax_defaults()
+    """JAX's own defaults while the command runs, which may be the first to import JAX."""
+    if "jax" in sys.modules:
+        return settings.jax_defaults()
+    settings.start_with_jax_defaults()
+    return contextlib.nullcontext()

@@ -8,8 +8,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import jax
-
 from pigbench import settings
 from pigbench.support import files, typed
 
@@ -39,6 +37,8 @@ def provenance(*, dataset: Path, dataset_digest: str) -> dict[str, Any]:
 
 def surroundings() -> dict[str, Any]:
     """Versions, commit, machine and settings, ready for JSON."""
+    import jax
+
     return {
         "versions": {"python": platform.python_version(), **package_versions()},
         "commit": _commit(),

@@ -5,7 +5,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import jax
@@ -15,9 +14,9 @@ import numpy as np
 from pigbench import agents, devices, envs
 from pigbench.bench import picking, simulation, training
 from pigbench.bench.budget import FIRST, RATE, Row, RowResult
+from pigbench.bench.sizes import Sizes
 from pigbench.bench.timing import Contender, alternate
 from pigbench.envs.physics import ENGINES
-from pigbench.errors import require
 from pigbench.provenance import package_versions, surroundings
 
 PACKAGES = ("jaxlib", "mujoco-mjx", "warp-lang", "flax", "optax", "brax")
@@ -28,43 +27,7 @@ _PROFILES = {"mjx-jax": "fast"}
 _SECONDS = {"mjx-warp": 30.0, "mujoco": 15.0, "mjx-jax": 180.0}
 _OTHER_SECONDS = 30.0  # of trainings, and of other engines
 _ON_CPU = (1, 16)  # simulations at once for the engines that are slow there
-_DEFAULT, _OTHERS = "default", ("highest", "BF16_BF16_F32", "high")
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """What to measure, and how much of it at once."""
-
-    environments: tuple[str, ...] = ("cube-double", "cube-quadruple")
-    """Environments; only control steps are measured in all of them, the rest in the first."""
-    engines: tuple[str, ...] = ()
-    """Physics engines, by default all; generation and evaluation use the first."""
-    simulations: tuple[int, ...] = tuple(4**power for power in range(4, 11))
-    """Simulations at once, as long as more of them give more control steps per second. Where an
-    engine is slow, which MJX's are on a CPU, they are 1 and 16 instead."""
-    generation: int = 4096
-    """Simulations at once during data generation."""
-    episodes: int = 50
-    """Episodes per task in an evaluation."""
-    picks: int = 64
-    """Cubes picked and placed at once."""
-    methods: tuple[str, ...] = ("gcivl", "hjb-gcivl", "pi-h-flow-hjb-gcivl")
-    """Methods whose updates are timed."""
-    seeds: tuple[int, ...] = (1, 8)
-    """Seeds trained together at preset paper."""
-    cpu_seeds: tuple[int, ...] = (1, 8, 32)
-    """Seeds trained together at preset cpu."""
-    precisions: tuple[str, ...] = _OTHERS
-    """Precisions of matrix products to compare with JAX's default, at preset paper."""
-    seconds: float = 0.5
-    """Length of a turn in seconds; a row has three turns."""
-
-    def __post_init__(self) -> None:
-        require(self, lambda x: x >= 1, "at least 1", "generation", "episodes", "picks")
-        require(self, lambda x: x > 0, "more than 0", "seconds")
-        counts = "simulations", "seeds", "cpu_seeds"
-        require(self, lambda many: all(x >= 1 for x in many), "numbers from 1", *counts)
-        require(self, lambda names: names, "one name or more", "environments", "methods")
+_DEFAULT = "default"  # precision of matrix products
 
 
 def rows(sizes: Sizes) -> list[Row]:

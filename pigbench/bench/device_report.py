@@ -105,7 +105,7 @@ def _text(value: object) -> str:
 
 def draw(entries: Sequence[MeasuredRow], path: Path) -> None:
     """Plot control steps per second over simulations into the file `path`, if there are any."""
-    from pigbench.report import canvas  # imports Matplotlib, which takes long
+    from pigbench.report import canvas
 
     done = [entry for entry in entries if entry["what"] == "steps" and _done(entry)]
     curves = grouped(done, lambda entry: (entry["environment"], entry["engine"]))

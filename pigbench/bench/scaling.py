@@ -57,7 +57,7 @@ def draw(
     path: Path,
 ) -> None:
     """Plot control steps per second over simulations and over cubes into the file `path`."""
-    from pigbench.report import canvas  # imports Matplotlib, which takes long
+    from pigbench.report import canvas
 
     with canvas.look():
         figure, panels = canvas.grid(1, 2, panel=_PANEL, legend=[])

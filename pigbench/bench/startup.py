@@ -19,6 +19,7 @@ _STARTED = (
     "suite status --help",
     "generate --help",
     "train --help",
+    "evaluate --help",
 )
 
 

@@ -4,8 +4,6 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import jax
-
 from pigbench import provenance
 from pigbench.bench.timing import Contender, Timing, alternate
 from pigbench.errors import require
@@ -28,6 +26,8 @@ class Turns:
 
 def take_turns(task: str, contenders: Sequence[Contender], turns: Turns) -> Mapping[str, Timing]:
     """Time all contenders, by name, showing progress; compilation is not cached."""
+    import jax
+
     jax.config.update("jax_enable_compilation_cache", False)  # compilation is timed too
     total = (turns.turns + 1) * len(contenders)
     with Progress(task, total=total, unit="turns") as progress:

@@ -3,39 +3,14 @@
 import dataclasses
 from pathlib import Path
 
-import numpy as np
 import tyro
-from jaxtyping import Shaped
 
 from pigbench import envs
-from pigbench.agents.residuals import HJB
-from pigbench.analysis.modes import MODES
-from pigbench.analysis.residuals import Residuals, by_mode, equation, measure
 from pigbench.data import dataset
-from pigbench.data.sampler import Rows
 from pigbench.errors import require
-from pigbench.report.formats import markdown_grid
-from pigbench.runs.restore import restore
 from pigbench.seeds import Seed
 from pigbench.support import files, memory
 from pigbench.support.lock import only_writer
-
-HEADER = (
-    "mode",
-    "share (%)",
-    "Eikonal residual",
-    "HJB residual",
-    "gradient norm",
-    "along robot (%)",
-    "along object (%)",
-)
-_SCALES = 1, 1, 1, 100, 100
-CAPTION = (
-    "Medians over transitions of the data, except for the share of each mode. The gradient is that "
-    "of the value with respect to the state; along robot and object are the shares of its square. "
-    "Goals, coordinates and constants are those with which the run trains its value (direction of "
-    "HJB: {direction!r})."
-)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,7 +34,10 @@ class Analyze:
 
     def run(self) -> None:
         """Measure, print the table, and draw the figure."""
-        from pigbench.analysis import figure  # imports Matplotlib, which takes long
+        from pigbench.analysis import figure, tables
+        from pigbench.analysis.residuals import measure
+        from pigbench.data.sampler import Rows
+        from pigbench.runs.restore import restore
 
         require(self, lambda x: x >= 1, "at least 1", "samples")
         memory.require_for(self.samples, "samples")
@@ -74,26 +52,9 @@ class Analyze:
             modes, residuals = measure(
                 agent, state.acting, rows, samples=self.samples, seed=self.seed
             )
-            caption = CAPTION.format(direction=equation(HJB, agent).direction)
-            table = f"{markdown_grid([HEADER, *_lines(modes, residuals)])}\n\n{caption}\n"
+            table = tables.residuals(modes, residuals, agent)
             print(table)
             files.write_text(out / "residuals.md", table)
             title = f"{run.config.label} on {run.config.environment}, step {int(state.step):,}"
             figure.draw(modes, residuals, out / "residuals.png", title=title)
         print(f"wrote the table and the figure to {out}")
-
-
-def _lines(modes: Shaped[np.ndarray, "batch"], residuals: Residuals) -> list[tuple[str, ...]]:
-    medians = [
-        {mode: scale * np.median(values) for mode, values in by_mode(modes, column).items()}
-        for column, scale in zip(residuals, _SCALES, strict=True)
-    ]
-    return [
-        (
-            mode,
-            f"{100 * np.mean(modes == mode):.1f}",
-            *(f"{column[mode]:.3g}" for column in medians),
-        )
-        for mode in MODES
-        if mode in medians[0]
-    ]

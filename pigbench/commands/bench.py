@@ -6,9 +6,9 @@ from pathlib import Path
 import tyro
 
 from pigbench import agents, envs, provenance
-from pigbench.bench import comparison, rows, startup, throwaway, training
+from pigbench.bench import startup
 from pigbench.bench.turns import Turns, save, take_turns
-from pigbench.data import dataset, homes
+from pigbench.data import dataset
 from pigbench.errors import require
 from pigbench.report.formats import markdown_grid
 from pigbench.support import files, memory
@@ -34,6 +34,8 @@ class BenchTrain:
 
     def run(self) -> None:
         """Measure and print a table."""
+        from pigbench.bench import training
+
         files.require_files(self.json)
         contenders = training.contenders(
             self.environment, self.methods or agents.names(), self.preset
@@ -57,8 +59,8 @@ class BenchGenerate:
     """Simulations at once."""
     physics: tuple[str, ...] = ("exact", "fast")
     """Physics profiles."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine."""
+    engine: str | None = None
+    """Physics engine, by default the one for this device."""
     turns: Turns = dataclasses.field(default_factory=Turns)
     """How the contenders take turns."""
     json: Path | None = None
@@ -66,18 +68,21 @@ class BenchGenerate:
 
     def run(self) -> None:
         """Measure and print a table."""
+        from pigbench.bench import comparison
+
         files.require_files(self.json)
         require(self, lambda x: x >= 1, "at least 1", "simulations")
         memory.require_for(self.simulations)
+        engine = self.engine or envs.default_engine()
         contenders = comparison.generation(
-            self.environment, self.simulations, engine=self.engine, profiles=self.physics
+            self.environment, self.simulations, engine=engine, profiles=self.physics
         )
         timings = take_turns("bench generate", contenders, self.turns)
         print(markdown_grid(comparison.table(timings)))
         for profile in self.physics:
             share = comparison.share_of_engine(timings, profile)
             print(f"{profile}: {share:.2f} of the engine's rate alone")
-        save(self.json, self, timings)
+        save(self.json, dataclasses.replace(self, engine=engine), timings)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -94,8 +99,8 @@ class BenchEvaluate:
     """Episodes per task, all at once."""
     physics: tuple[str, ...] = ("exact", "fast")
     """Physics profiles."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine."""
+    engine: str | None = None
+    """Physics engine, by default the one for this device."""
     turns: Turns = dataclasses.field(default_factory=Turns)
     """How the contenders take turns; a turn is at least one evaluation."""
     json: Path | None = None
@@ -103,18 +108,21 @@ class BenchEvaluate:
 
     def run(self) -> None:
         """Measure and print a table."""
+        from pigbench.bench import comparison
+
         files.require_files(self.json)
+        engine = self.engine or envs.default_engine()
         contenders = comparison.evaluation(
             self.environment,
             self.episodes,
             method=self.method,
             preset=self.preset,
-            engine=self.engine,
+            engine=engine,
             profiles=self.physics,
         )
         timings = take_turns("bench evaluate", contenders, self.turns)
         print(markdown_grid(comparison.table(timings)))
-        save(self.json, self, timings)
+        save(self.json, dataclasses.replace(self, engine=engine), timings)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -137,6 +145,9 @@ class BenchRows:
 
     def run(self) -> None:
         """Measure and print a table."""
+        from pigbench.bench import rows, throwaway
+        from pigbench.data import homes
+
         require(self, lambda x: x >= 1, "at least 1", "transitions")
         files.require_files(self.json)
         with throwaway.dataset(self.environment, self.transitions, self.folder) as data:

@@ -5,11 +5,9 @@ import os
 import time
 from pathlib import Path
 
-import jax
-
-from pigbench.bench import budget, device, device_record, device_report
+from pigbench.bench import budget, device_record, device_report
 from pigbench.bench.budget import RATE, Row, RowResult
-from pigbench.bench.device import Sizes
+from pigbench.bench.sizes import Sizes
 from pigbench.errors import require
 from pigbench.support.lock import only_writer
 
@@ -34,6 +32,10 @@ class Device:
 
     def run(self) -> None:
         """Measure, print each row as it is done, and write tables and a plot."""
+        import jax
+
+        from pigbench.bench import device
+
         require(self, lambda x: x > 0, "more than 0", "minutes")
         deadline = time.monotonic() + 60 * self.minutes
         os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")  # read when JAX starts

@@ -2,20 +2,21 @@
 
 import dataclasses
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 
 from pigbench import envs
-from pigbench.envs.reality import Reality
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
-from pigbench.evaluation.rollouts import as_episodes, make_evaluator
 from pigbench.evaluation.settings import Evaluation
-from pigbench.runs.restore import Trained, restore
 from pigbench.runs.run import read_run
 from pigbench.seeds import Seed
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
+
+if TYPE_CHECKING:
+    from pigbench.runs.restore import Trained
 
 _MOST_NOISE = 1000.0  # mm, more than the table is long
 
@@ -52,6 +53,8 @@ class Evaluate:
 
     def run(self) -> None:
         """Evaluate, record and print the success of each task."""
+        from pigbench.runs.restore import noisy, restore
+
         run = read_run(self.run_folder)
         with only_writer(self.run_folder):
             trained = restore(self.run_folder, engine=self.engine, checkpoint=self.checkpoint)
@@ -59,20 +62,11 @@ class Evaluate:
                 self._evaluate(trained, trained.env, run.episodes_path)
             for level in self.noise:
                 print(f"noise of {level:g} mm")
-                self._evaluate(trained, self._noisy(trained, level), run.noise_path(level))
+                self._evaluate(trained, noisy(trained, level / 1000), run.noise_path(level))
 
-    def _noisy(self, trained: Trained, level: float) -> "envs.CubeEnv":
-        """The run's environment with that noise, in millimetres, of the estimated positions."""
-        config, reality = trained.run.config, trained.env.reality or Reality()
-        estimate = dataclasses.replace(reality.estimate, position_noise=level / 1000)
-        return envs.make(
-            config.environment,
-            engine=trained.env.backend,
-            profile=config.physics,
-            reality=dataclasses.replace(reality, estimate=estimate),
-        )
+    def _evaluate(self, trained: "Trained", env: "envs.CubeEnv", path: Path) -> None:
+        from pigbench.evaluation.rollouts import as_episodes, make_evaluator
 
-    def _evaluate(self, trained: Trained, env: "envs.CubeEnv", path: Path) -> None:
         evaluation, step = Evaluation(self.episodes, self.seed), int(trained.state.step)
         self._check_replaced(path, trained, count=self.episodes * env.num_tasks)
         evaluate = make_evaluator(env, trained.agent, evaluation)
@@ -83,7 +77,7 @@ class Evaluate:
             print(f"{task.name:28} {successes.sum():3d} of {self.episodes}")
         print(f"{'all tasks':28} {100 * outcome['success'].mean():.1f} %")
 
-    def _check_replaced(self, path: Path, trained: Trained, *, count: int) -> None:
+    def _check_replaced(self, path: Path, trained: "Trained", *, count: int) -> None:
         """Print how many episodes `count` new ones replace.
 
         Raises UserError if they are more than `count`, unless `replace` is set.

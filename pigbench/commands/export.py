@@ -6,8 +6,7 @@ from pathlib import Path
 import tyro
 
 from pigbench import envs
-from pigbench.runs.restore import restore
-from pigbench.sharing import card, policy
+from pigbench.sharing import card
 from pigbench.support import files
 
 
@@ -30,6 +29,9 @@ class Export:
 
     def run(self) -> None:
         """Write the folder."""
+        from pigbench.runs.restore import restore
+        from pigbench.sharing import policy
+
         files.require_folder(self.out)
         # Nothing is simulated: any engine does, and this machine may lack the run's own.
         trained = restore(self.run_folder, engine=envs.default_engine(), checkpoint=self.checkpoint)

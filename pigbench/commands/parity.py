@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 
@@ -10,14 +11,14 @@ from pigbench import envs, provenance, seeds
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.errors import UserError
 from pigbench.evaluation.settings import Evaluation
-from pigbench.fidelity import closed_loop, distributions, peer, recording, replay, tables
-from pigbench.fidelity.recording import PeerRecording
-from pigbench.fidelity.tables import FidelityTable
 from pigbench.report.formats import markdown_grid
-from pigbench.runs.restore import restore
 from pigbench.seeds import Seed
 from pigbench.support import files
 from pigbench.support.progress import Progress
+
+if TYPE_CHECKING:
+    from pigbench.fidelity.recording import PeerRecording
+    from pigbench.fidelity.tables import FidelityTable
 
 _EPISODE_LENGTH = EPISODE_ROWS - 1  # control steps
 
@@ -38,8 +39,8 @@ class Parity:
     """Episodes of 1,000 control steps."""
     seed: Seed = 0
     """Seed of the episodes."""
-    engine: tuple[str, ...] = dataclasses.field(default_factory=lambda: (envs.default_engine(),))
-    """Physics engines."""
+    engine: tuple[str, ...] = ()
+    """Physics engines, by default the one for this device."""
     physics: tuple[str, ...] = ("exact", "fast")
     """Physics profiles."""
     json: Path | None = None
@@ -47,10 +48,13 @@ class Parity:
 
     def run(self) -> None:
         """Measure, and print a table of errors and one of outcomes."""
+        from pigbench.fidelity import replay, tables
+
         files.require_files(self.json)
+        engines = self.engine or (envs.default_engine(),)
         ours = {
             (engine, profile): envs.make(self.environment, engine=engine, profile=profile)
-            for engine, profile in itertools.product(self.engine, self.physics)
+            for engine, profile in itertools.product(engines, self.physics)
         }
         recordings = _record(self.environment, self.policy, self.episodes, self.seed)
         windows, outcomes = {}, {}
@@ -63,7 +67,8 @@ class Parity:
         print(markdown_grid(error_table))
         print(f"\nErrors: {tables.PERCENTILE}th percentiles over windows, for the farthest cube.\n")
         print(markdown_grid(end_table))
-        _save(self.json, self, errors=error_table, outcomes=end_table)
+        command = dataclasses.replace(self, engine=engines)
+        _save(self.json, command, errors=error_table, outcomes=end_table)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,8 +86,8 @@ class ParityData:
     """Episodes of 1,000 control steps per policy."""
     seed: Seed = 0
     """Seed of the episodes."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine."""
+    engine: str | None = None
+    """Physics engine, by default the one for this device."""
     physics: str = "exact"
     """Physics profile."""
     json: Path | None = None
@@ -90,6 +95,8 @@ class ParityData:
 
     def run(self) -> None:
         """Measure and print a table."""
+        from pigbench.fidelity import distributions, tables
+
         files.require_files(self.json)
         env = envs.make(self.environment, engine=self.engine, profile=self.physics)
         compared = []
@@ -103,7 +110,7 @@ class ParityData:
         table = tables.quantities(compared)
         print(markdown_grid(table))
         print(f"\nMeans over {self.episodes} episodes each; the test compares the episodes' means.")
-        _save(self.json, self, quantities=table)
+        _save(self.json, dataclasses.replace(self, engine=env.backend), quantities=table)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -126,6 +133,9 @@ class ParityPolicy:
 
     def run(self) -> None:
         """Simulate and print a table."""
+        from pigbench.fidelity import closed_loop, peer, tables
+        from pigbench.runs.restore import restore
+
         files.require_files(self.json)
         evaluation = Evaluation(self.episodes, self.seed)
         run, env, agent, state = restore(self.run_folder, engine=self.engine)
@@ -142,7 +152,9 @@ class ParityPolicy:
         _save(self.json, dataclasses.replace(self, engine=env.backend), pairs=table)
 
 
-def _record(environment: str, policy: str, episodes: int, seed: int) -> list[PeerRecording]:
+def _record(environment: str, policy: str, episodes: int, seed: int) -> list["PeerRecording"]:
+    from pigbench.fidelity import recording
+
     if episodes < 1:
         raise UserError(f"episodes is {episodes}: it must be at least 1")
     seeds.check(seed + episodes - 1)  # one seed per episode
@@ -158,7 +170,7 @@ def _record(environment: str, policy: str, episodes: int, seed: int) -> list[Pee
         )
 
 
-def _save(path: Path | None, command: object, **tables: FidelityTable) -> None:
+def _save(path: Path | None, command: object, **tables: "FidelityTable") -> None:
     settings = {
         name: str(value) if isinstance(value, Path) else value
         for name, value in vars(command).items()

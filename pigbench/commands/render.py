@@ -3,23 +3,21 @@
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import jax
-import numpy as np
 import tyro
 
 from pigbench import envs, opengl, seeds
 from pigbench.data import dataset
-from pigbench.envs.rendering import Renderer
 from pigbench.errors import require, require_left_out, unknown_own
-from pigbench.evaluation import films
-from pigbench.evaluation.films import Shot
-from pigbench.evaluation.recording import make_recorder
 from pigbench.evaluation.settings import Evaluation
-from pigbench.runs.restore import restore
 from pigbench.seeds import Seed
 from pigbench.support import pictures
 from pigbench.support.progress import Progress
+
+if TYPE_CHECKING:
+    from pigbench.envs.rendering import Renderer
+    from pigbench.evaluation.films import Shot
 
 _LARGEST = 8192  # pixels; many OpenGL drivers draw no more
 
@@ -71,6 +69,11 @@ class Render:
         print(f"{self.out} is drawn")
 
     def _scene(self) -> None:
+        import jax
+        import numpy as np
+
+        from pigbench.envs.rendering import Renderer
+
         require_left_out(self, "on an environment's picture", "episodes", "checkpoint")
         pictures.check_path(self.out, ".png")
         opengl.choose()
@@ -84,6 +87,11 @@ class Render:
         pictures.write_png(self.out, picture)
 
     def _run(self) -> None:
+        from pigbench.envs.rendering import Renderer
+        from pigbench.evaluation.films import Shot
+        from pigbench.evaluation.recording import make_recorder
+        from pigbench.runs.restore import restore
+
         pictures.check_path(self.out, ".mp4")
         opengl.choose()
         episodes = 1 if self.episodes is None else self.episodes
@@ -124,6 +132,9 @@ class RenderData:
 
     def run(self) -> None:
         """Draw and write the file."""
+        from pigbench.envs.rendering import Renderer
+        from pigbench.evaluation.films import Shot
+
         pictures.check_path(self.out, ".mp4")
         opengl.choose()
         data = dataset.load(self.folder)
@@ -134,8 +145,10 @@ class RenderData:
         print(f"{self.out} is drawn")
 
 
-def _film(path: Path, renderer: Renderer, shots: Sequence[Shot]) -> None:
+def _film(path: Path, renderer: "Renderer", shots: Sequence["Shot"]) -> None:
     """Write the film, showing progress."""
+    from pigbench.evaluation import films
+
     total = sum(len(shot.qpos) for shot in shots)
     with Progress("render", total=total, unit="pictures") as progress:
         films.write(path, renderer, shots, drawn=lambda: progress.advance(1))

@@ -5,9 +5,7 @@ from pathlib import Path
 
 import tyro
 
-from pigbench import devices, envs
-from pigbench.bench import footprint, scaling
-from pigbench.bench.scaling import Point
+from pigbench import envs
 from pigbench.bench.turns import Turns, save, take_turns
 from pigbench.errors import UserError, require
 from pigbench.report.formats import markdown_grid
@@ -28,8 +26,8 @@ class Scale:
     """Environments to compare with each other."""
     batch: int = 256
     """Simulations at once when comparing environments."""
-    engine: str = dataclasses.field(default_factory=envs.default_engine)
-    """Physics engine."""
+    engine: str | None = None
+    """Physics engine, by default the one for this device."""
     physics: str = "exact"
     """Physics profile."""
     turns: Turns = dataclasses.field(default_factory=lambda: Turns(turns=3, seconds=1.0))
@@ -41,21 +39,22 @@ class Scale:
 
     def run(self) -> None:
         """Measure, print a table and draw a plot."""
-        from pigbench.report import canvas  # imports Matplotlib, which takes long
+        from pigbench.bench import scaling
+        from pigbench.bench.scaling import Point
+        from pigbench.report import canvas
 
         canvas.check_path(self.out)
         files.require_files(self.json)
         _check(*self.simulations, self.batch)
+        engine = self.engine or envs.default_engine()
         grown = [Point(self.environment, count) for count in self.simulations]
         compared = [Point(name, self.batch) for name in self.environments]
-        contenders = scaling.contenders(
-            [*grown, *compared], engine=self.engine, profile=self.physics
-        )
+        contenders = scaling.contenders([*grown, *compared], engine=engine, profile=self.physics)
         timings = take_turns("bench scale", contenders, self.turns)
         print(markdown_grid(scaling.table(timings)))
         scaling.draw(timings, grown, compared, self.out)
         print(f"{self.out} is drawn")
-        save(self.json, self, timings)
+        save(self.json, dataclasses.replace(self, engine=engine), timings)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,6 +77,9 @@ class Memory:
 
     def run(self) -> None:
         """Compile and print a table."""
+        from pigbench import devices
+        from pigbench.bench import footprint
+
         require(self, lambda x: x > 0, "more than 0", "card")
         _check(*self.simulations)
         devices.backend()

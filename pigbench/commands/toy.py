@@ -1,18 +1,17 @@
 """`pigbench toy`: the effect of regularisers on a cost-to-go that is known in closed form."""
 
 import dataclasses
+import pkgutil
 from pathlib import Path
 
-from pigbench import devices
 from pigbench.errors import lookup, require
 from pigbench.provenance import surroundings
 from pigbench.seeds import Seed, check
 from pigbench.support import files
 from pigbench.support.lock import only_writer
 from pigbench.support.progress import Progress
-from pigbench.toy import EXAMPLES, errors
-from pigbench.toy.fit import LOSSES, Settings
-from pigbench.toy.study import study
+from pigbench.toy import EXAMPLES
+from pigbench.toy.settings import Settings
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,11 +40,14 @@ class Toy:
 
     def run(self) -> None:
         """Fit, print the table and write the files."""
-        from pigbench.report import canvas  # these import Matplotlib, which takes long
-        from pigbench.toy import figures
+        from pigbench import devices
+        from pigbench.report import canvas
+        from pigbench.toy import errors, figures
+        from pigbench.toy.fit import LOSSES
+        from pigbench.toy.study import study
 
         devices.backend()  # raises before a folder is made
-        example = EXAMPLES[self.example]
+        example = pkgutil.resolve_name(EXAMPLES[self.example])
         with only_writer(self.out):
             total = self.settings.steps * len(LOSSES) * len(example.fits)
             with Progress(f"toy {self.example}", total=total, unit="updates") as progress:

@@ -1,5 +1,6 @@
 """Restoring a run's parts: environment, agent and trained parameters."""
 
+import dataclasses
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -9,8 +10,10 @@ import jax
 
 from pigbench import agents, envs, seeds
 from pigbench.agents import Agent, AgentConfig, TrainState
+from pigbench.envs.reality import Reality
 from pigbench.errors import UserError
 from pigbench.evaluation import episodes
+from pigbench.runs.checkpoints import Checkpoints
 from pigbench.runs.run import CONFIG_FILE, Run, read_run
 from pigbench.runs.statistics import read_statistics
 from pigbench.support import schema
@@ -39,13 +42,26 @@ def restore(folder: Path, *, engine: str | None = None, checkpoint: str = "last"
     )
     statistics = read_statistics(run.statistics_path)
     agent = agents.build(run.config.method, agent_config(run), env.space, statistics=statistics)
-    from pigbench.runs.checkpoints import Checkpoints  # imports Orbax, which takes long
-
     with Checkpoints(run.checkpoints_path, read_only=True) as checkpoints:
         step = _step(run, sorted(checkpoints.steps()), checkpoint)
         like = jax.eval_shape(partial(agents.create, agent), seeds.key(0))
         state = checkpoints.restore(like, step)
     return Trained(run, env, agent, state)
+
+
+def noisy(trained: Trained, deviation: float) -> "envs.CubeEnv":
+    """The run's environment, its cubes' estimated positions with noise of another deviation.
+
+    It is the standard deviation of every coordinate, in metres.
+    """
+    config, reality = trained.run.config, trained.env.reality or Reality()
+    estimate = dataclasses.replace(reality.estimate, position_noise=deviation)
+    return envs.make(
+        config.environment,
+        engine=trained.env.backend,
+        profile=config.physics,
+        reality=dataclasses.replace(reality, estimate=estimate),
+    )
 
 
 def agent_config(run: Run) -> AgentConfig:

@@ -1,9 +1,7 @@
 """Small regression studies, one of them the paper's, of a regulariser and a known cost-to-go."""
 
-from collections.abc import Mapping
-
-from pigbench.toy.anisotropy import ANISOTROPY
-from pigbench.toy.hybrid import HYBRID
-from pigbench.toy.problem import Example
-
-EXAMPLES: Mapping[str, Example] = {"hybrid": HYBRID, "anisotropy": ANISOTROPY}
+EXAMPLES = {
+    "hybrid": "pigbench.toy.hybrid:HYBRID",
+    "anisotropy": "pigbench.toy.anisotropy:ANISOTROPY",
+}
+"""Where each `Example` is, for `pkgutil.resolve_name`."""

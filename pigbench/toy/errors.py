@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from pigbench.report.formats import markdown_grid
 from pigbench.report.stats import Estimate, estimate
-from pigbench.toy.fit import Settings
+from pigbench.toy.settings import Settings
 from pigbench.toy.study import ToyOutcome, grid_states
 
 MARGIN = 0.1  # share of the half width: states farther from kinks count as away from them

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 
 from pigbench.report.styles import BLACK, style
 from pigbench.toy.errors import errors
-from pigbench.toy.fit import LOSSES, Settings
+from pigbench.toy.fit import LOSSES
 from pigbench.toy.problem import Example, Mode
+from pigbench.toy.settings import Settings
 from pigbench.toy.study import SIDE, ToyOutcome, grid_states, section_states
 
 LABELS = {"baseline": "Baseline", "hjb": "HJB", "eikonal": "Eikonal"}

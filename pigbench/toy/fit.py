@@ -1,7 +1,6 @@
 """Regression of a cost-to-go under a regulariser, with all seeds in parallel."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, cast
 
 import jax
@@ -18,11 +17,11 @@ from pigbench.agents.regularizers import (
     Regularizer,
 )
 from pigbench.agents.residuals import Transitions
-from pigbench.errors import require
 from pigbench.layout import Layout
 from pigbench.seeds import key as seed_key
 from pigbench.shapes import Array
 from pigbench.toy.problem import Costs, Mode, States
+from pigbench.toy.settings import Settings
 
 LOSSES: Mapping[str, Regularizer] = {
     "baseline": NoRegularizer(),
@@ -35,27 +34,6 @@ analysis of the hybrid toy example"."""
 _PLANE = Coordinates(Layout.of({"positions": 2}), statistics=None)
 
 _STRETCH = 100  # updates between two reports
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings that the paper leaves open. Raises UserError if a value is out of range."""
-
-    half_width: float = 1.0
-    """Positions are uniform in [-half_width, half_width]."""
-    steps: int = 5000
-    """Updates per fit."""
-    batch_size: int = 256
-    """Fresh states per mode in each update."""
-    learning_rate: float = 1e-3
-    """Adam's initial learning rate, which decays to 0 along a cosine."""
-    hidden_sizes: tuple[int, ...] = (64, 64)
-    """Hidden layers of the network."""
-
-    def __post_init__(self) -> None:
-        require(self, lambda x: x > 0, "positive", "half_width", "learning_rate")
-        require(self, lambda x: x >= 1, "at least 1", "steps", "batch_size")
-        require(self, lambda sizes: all(x > 0 for x in sizes), "positive numbers", "hidden_sizes")
 
 
 def predict(settings: Settings, params: Any, number: int, states: States) -> Costs:

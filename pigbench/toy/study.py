@@ -8,8 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from pigbench.toy.fit import LOSSES, Settings, fit, predict
+from pigbench.toy.fit import LOSSES, fit, predict
 from pigbench.toy.problem import Example, Mode, States
+from pigbench.toy.settings import Settings
 
 SIDE = 101
 """Points along a side of the grid and along a section."""

@@ -1,6 +1,7 @@
 """Numbers are the same, and there are numbers at all, whatever JAX is set to."""
 
 import contextlib
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -77,3 +78,39 @@ def test_commands_that_do_without_jax_still_do():
     code = "from pigbench import cli; cli.run(['list', 'envs']); print('jax' in cli.sys.modules)"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ended.stdout.splitlines()[-1] == "False"
+
+
+def test_what_imports_jax_only_when_it_runs_starts_with_its_defaults():
+    code = """
+import dataclasses
+from pigbench import cli
+
+@dataclasses.dataclass
+class Late:
+    def run(self):
+        import jax
+        import jax.numpy as jnp
+
+        bits = jax.random.bits(jax.random.key(0, impl="threefry2x32"), (3,))
+        print(jnp.arange(3) * 1.5 + jnp.ones((2, 1)), bits, jnp.zeros(1, float).dtype)
+
+cli.script(Late)
+"""
+    others = {
+        "JAX_ENABLE_X64": "1",
+        "JAX_THREEFRY_PARTITIONABLE": "0",
+        "JAX_NUMPY_DTYPE_PROMOTION": "strict",
+        "JAX_NUMPY_RANK_PROMOTION": "raise",
+    }
+    plain, otherwise = (
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env=os.environ | settings,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for settings in ({}, others)
+    )
+    assert "float32" in plain
+    assert plain == otherwise

@@ -1,3 +1,4 @@
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -5,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from pigbench.bench import startup
+from pigbench.commands.registry import COMMANDS
 from pigbench.errors import UserError
 from pigbench.suite import spec
 
@@ -15,18 +17,30 @@ LIGHT = (
     "list envs",
     "list methods",
     "data info data",
-    "data info --help",
     "table RUN",
-    "table --help",
     "plot RUN --out F.png",
-    "plot --help",
     "report RUN",
     "report SUITE",
-    "report --help",
     "suite status SUITE",
-    "suite status --help",
 )
+HEAVY_FOR_HELP = (*HEAVY, "mujoco", "matplotlib", "orbax.checkpoint")
+HELP_STILL_HEAVY = ("generate", "train", "suite")
+HELP_LIGHT = [name for name in COMMANDS if name not in HELP_STILL_HEAVY]
 
+HELP = f"""
+import contextlib, io, json, sys
+from pigbench import cli
+
+found = {{}}
+for name in {HELP_LIGHT}:
+    before = set(sys.modules)
+    sys.argv = ["pigbench", *name.split(), "--help"]
+    with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.suppress(SystemExit):
+        cli.main()
+    heavy = [module for module in {HEAVY_FOR_HELP} if module in sys.modules.keys() - before]
+    found[name] = printed.getvalue(), heavy
+print(json.dumps(found))
+"""
 
 SUITE = """
 methods = ["gcivl"]
@@ -58,6 +72,20 @@ def test_looking_needs_no_jax(command, place):
     run = subprocess.run(arguments, capture_output=True, text=True, check=True, cwd=place)
     assert len(run.stdout.splitlines()) > 1
     assert run.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.fixture(scope="module")
+def helps() -> dict[str, tuple[str, list[str]]]:
+    """By command: its help, and heavy modules that it imports as the first of all commands."""
+    done = subprocess.run([sys.executable, "-c", HELP], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("name", HELP_LIGHT)
+def test_help_imports_nothing_heavy(name, helps):
+    text, heavy = helps[name]
+    assert text.startswith(f"usage: pigbench {name} ")
+    assert not heavy
 
 
 def test_a_commands_processor_time_is_measured():

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from pigbench.toy import errors
-from pigbench.toy.fit import Settings
 from pigbench.toy.hybrid import HYBRID
+from pigbench.toy.settings import Settings
 from pigbench.toy.study import SIDE, ToyOutcome
 
 HOLDING = HYBRID.fits[0][1]

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from pigbench.toy import figures
-from pigbench.toy.fit import Settings
 from pigbench.toy.hybrid import HYBRID
+from pigbench.toy.settings import Settings
 from pigbench.toy.study import SIDE, ToyOutcome
 
 SETTINGS = Settings(half_width=2.0)

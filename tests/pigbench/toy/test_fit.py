@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 
 from pigbench.errors import UserError
-from pigbench.toy.fit import LOSSES, Settings, fit, predict
+from pigbench.toy.fit import LOSSES, fit, predict
 from pigbench.toy.problem import Mode, ToySection
+from pigbench.toy.settings import Settings
 
 RAMP = Mode(
     name="ramp",
