@@ -3,7 +3,7 @@
 import itertools
 from pathlib import Path
 
-from pigbench.report import order, stats, tables
+from pigbench.report import order, plots, stats, tables
 from pigbench.runs.run import read_run
 from pigbench.suite.spec import Suite
 from pigbench.suite.status import DONE, status
@@ -17,8 +17,6 @@ def write(suite: Suite, out: Path) -> bool:
     runs = [out / one.cell.name for one in status(suite, out) if one.state == DONE]
     if not runs:
         return False
-    from pigbench.report import plots  # imports Matplotlib, which takes long
-
     results = stats.read_results(read_run(run) for run in runs)
     made = [
         tables.TABLES[name].make(results, order=order.registered())
