@@ -8,10 +8,16 @@ from pigbench.page import figures, films
 from pigbench.page.figures import Json
 from pigbench.page.films import Film
 from pigbench.report import tables
-from pigbench.report.conditions import remarks
 from pigbench.report.formats import Table
 from pigbench.report.order import ordered
-from pigbench.report.scoring import Scoring, by_stage, by_task, wording
+from pigbench.report.scoring import (
+    Scoring,
+    by_stage,
+    by_task,
+    curve_remarks,
+    score_remarks,
+    wording,
+)
 from pigbench.report.stats import Result
 from pigbench.support.grouping import grouped
 
@@ -77,7 +83,7 @@ def _figures(
     done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
 ) -> Iterable[Figure]:
     finished = _by_method(done, order)
-    told = "".join(f"; {remark}" for remark in remarks([*done, *unfinished]))
+    told = "".join(f"; {remark}" for remark in curve_remarks([*done, *unfinished]))
     yield Figure(
         "Success over training",
         f"Mean over seeds, in a band of one standard deviation to each side{told}."
@@ -85,8 +91,9 @@ def _figures(
         figures.curves(finished, _by_method(unfinished, order)),
     )
     if finished:
-        evaluated = wording(scoring.cells(done), scoring).capitalize()
-        told = "".join(f"; {remark}" for remark in remarks(done))
+        cells = scoring.cells(done)
+        evaluated = wording(cells, scoring).capitalize()
+        told = "".join(f"; {remark}" for remark in score_remarks(cells, scoring))
         how = f"{evaluated}; whiskers: one standard deviation over seeds{told}."
         for title, groups, quantity in (
             ("Success on each task", by_task, "success (%)"),

@@ -10,9 +10,8 @@ from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 
 from pigbench.report import canvas
-from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
-from pigbench.report.scoring import Groups, Scoring, by_stage, by_task, wording
+from pigbench.report.scoring import Groups, Scoring, by_stage, by_task, score_remarks, wording
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import Style, style
 
@@ -69,7 +68,7 @@ def _draw(
         centres = np.arange(len(names)) * (len(methods) + _GAP) + (len(methods) - 1) / 2
         panel.set_xticks(centres, list(names))
         panel.set_xlim(-_GAP, len(names) * (len(methods) + _GAP) - _GAP)
-    canvas.add_remarks(figure, remarks(results))
+    canvas.add_remarks(figure, score_remarks(cells, scoring))
     canvas.add_legend(figure, {method: handles[method] for method in methods})
     return figure
 

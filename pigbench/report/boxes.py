@@ -1,6 +1,5 @@
 """The paper's box plot: a box per method, a dot per environment, and a large one, their mean."""
 
-import itertools
 from collections.abc import Iterable, Mapping, Sequence
 
 from matplotlib.artist import Artist
@@ -11,10 +10,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pigbench.report import canvas, comparison
-from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
 from pigbench.report.representations import by_representation, representation, shown_names
-from pigbench.report.scoring import Scoring, success, wording
+from pigbench.report.scoring import Scoring, score_remarks, success, wording
 from pigbench.report.stats import Result, base
 from pigbench.report.styles import BLACK, GREY, style
 from pigbench.support.grouping import grouped
@@ -57,7 +55,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     panel.set_xticks(
         list(ticks.values()), list(ticks), rotation=40, ha="right", rotation_mode="anchor"
     )
-    canvas.add_remarks(figure, remarks(itertools.chain.from_iterable(cells.values())))
+    canvas.add_remarks(figure, score_remarks(cells, scoring))
     canvas.add_legend(figure, handles)
     return figure
 

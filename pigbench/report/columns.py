@@ -11,11 +11,10 @@ from matplotlib.figure import Figure
 
 from pigbench.errors import UserError
 from pigbench.report import canvas, stats
-from pigbench.report.conditions import remarks
 from pigbench.report.curves import add_curve, prepare
 from pigbench.report.order import ordered
 from pigbench.report.representations import REPRESENTATIONS, representation, shown_names
-from pigbench.report.scoring import Cells, Scoring
+from pigbench.report.scoring import Cells, Scoring, curve_remarks
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.report.styles import style
 from pigbench.support.grouping import grouped
@@ -58,7 +57,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
         for name, groups in row.items() if shared else ():
             curve = _average([groups[method] for method in shared])
             handles[titles[name]] = add_curve(panels[-1], curve, representation(name).style)
-    canvas.add_remarks(figure, remarks(itertools.chain.from_iterable(cells.values())))
+    canvas.add_remarks(figure, curve_remarks(itertools.chain.from_iterable(cells.values())))
     canvas.add_legend(
         figure, {name: handles[name] for name in [*methods, *titles.values()] if name in handles}
     )

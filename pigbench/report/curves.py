@@ -1,5 +1,6 @@
 """Learning curves: success over training steps, one panel per environment."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 from matplotlib.axes import Axes
@@ -7,9 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pigbench.report import canvas, stats
-from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
-from pigbench.report.scoring import Scoring
+from pigbench.report.scoring import Scoring, curve_remarks
 from pigbench.report.stats import Estimate, Result
 from pigbench.report.styles import Style, style
 
@@ -37,7 +37,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
         panel.set_axis_off()
     for panel in grid[:, 0]:
         panel.set_ylabel("success (%)")
-    canvas.add_remarks(figure, remarks(results))
+    canvas.add_remarks(figure, curve_remarks(itertools.chain.from_iterable(cells.values())))
     canvas.add_legend(figure, {method: lines[method] for method in methods})
     return figure
 

@@ -60,6 +60,24 @@ def test_every_kind_says_what_methods_were_told_of_goals(tmp_path, make_run, kin
 
 
 @pytest.mark.parametrize("kind", plots.KINDS)
+def test_every_kind_says_what_evaluations_do_not_share(tmp_path, make_run, kind):
+    low = {"agent": {"low_level_representation": "full"}}
+    results = stats.read_results(
+        [
+            make_run(tmp_path / "a", {100: [[1, 0]]}, method="sharsa", **low),
+            make_run(tmp_path / "b", {100: [[1]], 200: [[1]]}, method="mine", **low),
+        ]
+    )
+    said = plots.KINDS[kind].draw(results, (), Scoring()).get_suptitle().replace("\n", " ")
+    steps = "unequal last step on cube-single: 200 (mine); 100 (sharsa); "
+    shown = kind in ("curves", "columns")  # the last step itself
+    counts = "unequal episodes per task on cube-single: 1 (mine); 2 (sharsa)"
+    assert said == ("" if shown else steps) + counts
+    first = plots.KINDS[kind].draw(results, (), Scoring(first_episodes=1)).get_suptitle()
+    assert first.replace("\n", " ") == ("" if shown else steps.removesuffix("; "))
+
+
+@pytest.mark.parametrize("kind", plots.KINDS)
 @pytest.mark.parametrize(
     ("name", "magic"), [("a.pdf", b"%PDF"), ("a.svg", b"<?xml"), ("a.PNG", b"\x89PNG")]
 )
