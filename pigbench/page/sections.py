@@ -7,6 +7,7 @@ from typing import NamedTuple
 from pigbench.page import figures, films
 from pigbench.page.figures import Json
 from pigbench.page.films import Film
+from pigbench.page.looks import Look
 from pigbench.report import tables
 from pigbench.report.formats import Table
 from pigbench.report.order import ordered
@@ -44,7 +45,11 @@ class Section:
 
 
 def sections(
-    done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
+    done: Sequence[Result],
+    unfinished: Sequence[Result],
+    order: Sequence[str],
+    scoring: Scoring,
+    looks: Mapping[str, Look],
 ) -> list[Section]:
     """One section per environment, in order. Unfinished runs appear only in curves and films.
 
@@ -55,7 +60,12 @@ def sections(
     going_on = grouped(unfinished, _environment)
     return [
         _section(
-            environment, mine.get(environment, []), going_on.get(environment, []), order, scoring
+            environment,
+            mine.get(environment, []),
+            going_on.get(environment, []),
+            order,
+            scoring,
+            looks,
         )
         for environment in ordered({*mine, *going_on}, order)
     ]
@@ -67,10 +77,11 @@ def _section(
     unfinished: Sequence[Result],
     order: Sequence[str],
     scoring: Scoring,
+    looks: Mapping[str, Look],
 ) -> Section:
     return Section(
         environment,
-        list(_figures(done, unfinished, order, scoring)),
+        list(_figures(done, unfinished, order, scoring, looks)),
         _tables(done, order, scoring),
         {
             f"{environment}-{film.task}-{film.outcome}.mp4": film
@@ -80,7 +91,11 @@ def _section(
 
 
 def _figures(
-    done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
+    done: Sequence[Result],
+    unfinished: Sequence[Result],
+    order: Sequence[str],
+    scoring: Scoring,
+    looks: Mapping[str, Look],
 ) -> Iterable[Figure]:
     finished = _by_method(done, order)
     told = "".join(f"; {remark}" for remark in curve_remarks([*done, *unfinished]))
@@ -88,7 +103,7 @@ def _figures(
         "Success over training",
         f"Mean over seeds, in a band of one standard deviation to each side{told}."
         + (" Faint: unfinished runs, one by one." if unfinished else ""),
-        figures.curves(finished, _by_method(unfinished, order)),
+        figures.curves(finished, _by_method(unfinished, order), looks),
     )
     if finished:
         cells = scoring.cells(done)
@@ -100,7 +115,7 @@ def _figures(
             ("How far episodes got", by_stage, "episodes (%)"),
         ):
             found = {method: groups(group, scoring) for method, group in finished.items()}
-            yield Figure(title, how, figures.bars(found, quantity))
+            yield Figure(title, how, figures.bars(found, quantity, looks))
 
 
 def _tables(done: Sequence[Result], order: Sequence[str], scoring: Scoring) -> dict[str, Table]:

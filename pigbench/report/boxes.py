@@ -14,7 +14,7 @@ from pigbench.report.order import ordered
 from pigbench.report.representations import by_representation, representation, shown_names
 from pigbench.report.scoring import Scoring, score_remarks, success, wording
 from pigbench.report.stats import Result, base
-from pigbench.report.styles import BLACK, GREY, style
+from pigbench.report.styles import BLACK, GREY, styles
 from pigbench.support.grouping import grouped
 
 _HEIGHT = 3.6  # inches
@@ -36,7 +36,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     cells = comparison.common(scoring.cells(results))
     low_levels = {cell.method: group[0].representation for cell, group in cells.items()}
     methods = by_representation(ordered(low_levels, order), low_levels)
-    places = _places(methods)
+    places, looks = _places(methods), styles(methods)
     handles = _handles(name for name in low_levels.values() if name is not None)
     width = _BOX * (max(places.values()) + _MARGIN)
     figure, grid = canvas.grid(1, 1, panel=(width, _HEIGHT), legend=list(handles))
@@ -44,7 +44,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     for method in methods:
         group = [results for cell, results in cells.items() if cell.method == method]
         values = [success(results, scoring).value for results in group]
-        _add_box(panel, places[method], values, style(method).color, _fill(low_levels[method]))
+        _add_box(panel, places[method], values, looks[method].color, _fill(low_levels[method]))
     panel.set_ylim(0, 100)
     environments = ", ".join(ordered({cell.environment for cell in cells}, order))
     title = f"{wording(cells, scoring)}, over {environments}"

@@ -11,7 +11,7 @@ from pigbench.report import canvas, stats
 from pigbench.report.order import ordered
 from pigbench.report.scoring import Scoring, curve_remarks
 from pigbench.report.stats import Estimate, Result
-from pigbench.report.styles import Style, style
+from pigbench.report.styles import Style, styles
 
 _PANEL = 3.2, 2.5
 _COLUMNS = 3
@@ -25,14 +25,14 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     columns = min(len(environments), _COLUMNS)
     rows = -(-len(environments) // columns)
     figure, grid = canvas.grid(rows, columns, panel=_PANEL, legend=methods)
-    lines = {}
+    looks, lines = styles(methods), {}
     for panel, environment in zip(grid.flat, environments, strict=False):
         prepare(panel)
         panel.set_title(environment)
         for method in methods:
             group = cells.get(stats.Cell(method, environment))
             if group:
-                lines[method] = add_curve(panel, stats.success_curve(group), style(method))
+                lines[method] = add_curve(panel, stats.success_curve(group), looks[method])
     for panel in grid.flat[len(environments) :]:
         panel.set_axis_off()
     for panel in grid[:, 0]:

@@ -9,7 +9,7 @@ from pigbench.report import canvas, comparison
 from pigbench.report.order import ordered
 from pigbench.report.scoring import Scoring, score_remarks, wording
 from pigbench.report.stats import Result
-from pigbench.report.styles import style
+from pigbench.report.styles import styles
 
 _PANEL = 5.8, 3.2
 _MARK_EVERY = 20  # thresholds
@@ -24,9 +24,9 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     methods = ordered(profiles, order)
     figure, grid = canvas.grid(1, 1, panel=_PANEL, legend=methods)
     panel = grid[0, 0]
-    handles = {}
+    looks, handles = styles(methods), {}
     for method in methods:
-        look = style(method)
+        look = looks[method]
         share, band = profiles[method]
         (handles[method],) = panel.step(
             _THRESHOLDS,

@@ -1,3 +1,4 @@
+from pigbench.page.looks import looks
 from pigbench.page.sections import sections
 from pigbench.report import stats
 from pigbench.report.scoring import Scoring
@@ -13,7 +14,8 @@ def test_captions_of_figures_say_what_methods_do_not_share(tmp_path, make_run):
         ]
     )
     unfinished = stats.read_results([make_run(tmp_path / "c", {1: [[1]]}, method="crl", **CUBES)])
-    (section,) = sections(done, unfinished, (), Scoring(first_episodes=5))
+    shown = looks(["gcivl", "qrl", "crl"])
+    (section,) = sections(done, unfinished, (), Scoring(first_episodes=5), shown)
     curves, *bars = [figure.caption for figure in section.figures]
     assert curves == (
         "Mean over seeds, in a band of one standard deviation to each side; goals: cubes (crl, "

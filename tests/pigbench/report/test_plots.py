@@ -39,7 +39,7 @@ def test_every_kind_shows_every_method_in_its_colour(tmp_path, results, kind):
 
 
 def styles_rgb(method):
-    color = styles.style(method).color
+    color = styles.styles(["gcivl", "mine"])[method].color
     return np.array([int(color[start : start + 2], 16) for start in (1, 3, 5)])
 
 
