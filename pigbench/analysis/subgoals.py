@@ -72,7 +72,10 @@ def draw(split: Split, steps: int, *, samples: int, seed: int) -> Stretches:
 def measure(
     env: "envs.CubeEnv", agent: FlowHierarchy, params: Params, stretches: Stretches, *, seed: int
 ) -> tuple[Shaped[np.ndarray, "batch"], Mapping[str, Distances]]:
-    """Contact modes at the stretches' starts, and distances at their ends for each way."""
+    """Contact modes at the stretches' starts, and distances at their ends for each way.
+
+    Simulates without the environment's `reality`, whose state data do not record.
+    """
     starts, aims = stretches.starts, stretches.ahead[0]
     subgoals = agent.represent(jnp.asarray(stretches.ahead))
     actions = jnp.asarray(stretches.actions)

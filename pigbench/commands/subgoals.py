@@ -6,6 +6,7 @@ from pathlib import Path
 import tyro
 
 from pigbench.data import dataset
+from pigbench.envs.reality import Reality
 from pigbench.errors import UserError, require
 from pigbench.seeds import Seed
 from pigbench.support import files, memory
@@ -18,6 +19,7 @@ class SubgoalErrors:
     Given a distant goal, subgoals should be at the cube that is grasped next in the data; the
     gripper tolerates about 20 mm. Simulations aim for the data's state K steps later. If the low
     level gets nowhere near it even with the data's own subgoals, the low level is at fault.
+    Environments with a robot's imperfections (cube-centre) are refused: data do not record them.
     """
 
     run_folder: tyro.conf.Positional[Path]
@@ -45,6 +47,12 @@ class SubgoalErrors:
         if not isinstance(agent, FlowHierarchy):
             raise UserError(
                 f"{run.config.method} has no flow of subgoals: choose a run that has one"
+            )
+        if env.reality not in (None, Reality()):  # data record the simulator's state, not more
+            raise UserError(
+                f"{env.spec.name} delays actions, estimates poses or varies friction and mass, "
+                "which data do not record, so that subgoals cannot simulate it from their states: "
+                "choose a run in an environment without a reality, such as cube-single"
             )
         data = dataset.load(self.data)
         dataset.check_layout(data, env.layout)

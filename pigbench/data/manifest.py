@@ -48,8 +48,8 @@ class Spec:
         environment: the environment's name.
         policy: the name of the collecting policy.
         physics: the physics profile, `exact` or `fast`.
-        engine: the physics engine.
-        seed: the seed from which every random key is derived.
+        engine: the physics engine; of no meaning for imported data.
+        seed: the seed from which every random key is derived; of no meaning for imported data.
         episodes: the number of episodes to simulate for each split, including those that diverge.
         episodes_per_shard: the number of episodes per shard; if unequal, a number for each shard by
             split.
@@ -57,7 +57,7 @@ class Spec:
         fields: names of the stored fields, from `pigbench.data.shard.DTYPES`.
         layout: the terms of an observation.
         action_size: the size of an action.
-        versions: versions of the packages that the numbers depend on.
+        versions: versions of the packages that the numbers depend on; empty for imported data.
         settings: other settings that they depend on, from `pigbench.settings.in_force`; empty for
             imported data.
         origin: what imported or filtered data were made from, and how.
@@ -77,6 +77,11 @@ class Spec:
     versions: Mapping[str, str]
     settings: Mapping[str, str] = dataclasses.field(default_factory=dict)
     origin: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    @property
+    def imported(self) -> bool:
+        """Whether the data come from elsewhere, so that no engine and no seed made them."""
+        return not self.versions
 
     def as_dict(self) -> dict[str, Any]:
         """The specification in plain types; its layout is the (name, size) of each term.
@@ -208,17 +213,29 @@ def spec_of(content: str) -> Spec:
     return schema.read(Spec, json.loads(content), "the specification is invalid")
 
 
+def provenance(spec: Spec) -> dict[str, str]:
+    """How the data came about, by name; a text is empty if there is nothing to say."""
+    if spec.imported:
+        return {
+            "imported from": _listed(spec.origin),
+            "physics": f"profile {spec.physics} in evaluations",
+        }
+    return {
+        "physics": f"profile {spec.physics}, engine {spec.engine}",
+        "seed": str(spec.seed),
+        "versions": _listed(spec.versions),
+        "settings": _listed({name: value for name, value in spec.settings.items() if value}),
+        "origin": _listed(spec.origin),
+    }
+
+
 def describe(manifest: Manifest) -> str:
     """A readable summary of the data set in a few lines."""
     spec, shards = manifest.spec, manifest.shards
     lines = {
         "environment": spec.environment,
         "policy": spec.policy,
-        "physics": f"{spec.physics} (engine {spec.engine})",
-        "seed": spec.seed,
-        "versions": ", ".join(f"{name} {version}" for name, version in spec.versions.items()),
-        "settings": ", ".join(f"{name} {value}" for name, value in spec.settings.items() if value),
-        "origin": ", ".join(f"{name} {value}" for name, value in spec.origin.items()),
+        **provenance(spec),
         "fields": ", ".join(spec.fields),
         "action size": spec.action_size,
         "shards": f"{len(shards)} of {len(spec.plan())}",
@@ -236,6 +253,10 @@ def describe(manifest: Manifest) -> str:
         lines[f"  {name}"] = f"[{part.start}:{part.stop}]"
     width = max(map(len, lines))
     return "\n".join(f"{name:<{width}}  {text}" for name, text in lines.items() if text != "")
+
+
+def _listed(values: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in values.items())
 
 
 def _journal(folder: Path) -> list[ShardRecord]:

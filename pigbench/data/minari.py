@@ -22,6 +22,7 @@ from jaxtyping import Float
 
 from pigbench import envs, gym
 from pigbench.data.dataset import ENDINGS, Dataset, Split
+from pigbench.data.manifest import Spec, provenance
 from pigbench.data.shard import FieldArray
 from pigbench.support import files, lock
 from pigbench.support.extras import required
@@ -114,9 +115,15 @@ def _metadata(identity: str, split: Split) -> dict[str, Any]:
         "observation_space": _box(spec.layout.size, np.inf),
         "action_space": _box(spec.action_size, 1.0),
         "algorithm_name": spec.policy,
-        "description": f"{spec.policy} data of {spec.environment}, made by pigbench with seed "
-        f"{spec.seed} (physics profile {spec.physics}); rewards are 0: any state may be the goal",
+        "description": f"{spec.policy} data of {spec.environment}, {_source(spec)}; rewards are 0: "
+        "any state may be the goal",
     }
+
+
+def _source(spec: Spec) -> str:
+    if spec.imported:
+        return f"imported by pigbench from {provenance(spec)['imported from']}"
+    return f"made by pigbench with seed {spec.seed} (physics profile {spec.physics})"
 
 
 def _box(size: int, bound: float) -> str:

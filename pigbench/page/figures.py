@@ -20,7 +20,7 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from pigbench.page.looks import Shade, look
+from pigbench.page.looks import Look, Shade
 from pigbench.report import stats
 from pigbench.report.bootstrap import LEVEL
 from pigbench.report.scoring import Groups
@@ -41,7 +41,9 @@ Json = dict[str, Any]
 
 
 def curves(
-    finished: Mapping[str, Sequence[Result]], unfinished: Mapping[str, Sequence[Result]]
+    finished: Mapping[str, Sequence[Result]],
+    unfinished: Mapping[str, Sequence[Result]],
+    looks: Mapping[str, Look],
 ) -> Json:
     """Success over training by method: means over seeds, and unfinished runs one by one.
 
@@ -53,25 +55,24 @@ def curves(
     for method, group in finished.items():
         curve = stats.success_curve(group)
         data = {"step": list(curve)} | _columns(method, curve.values())
-        marks.append(_line(plot, method, data))
+        marks.append(_line(plot, method, data, looks[method]))
         if any(estimate.deviation is not None for estimate in curve.values()):
-            own = look(method)
             band = plot.varea(
                 "step", "low", "high", source=marks[-1].data_source, name=method, fill_alpha=0.15
             )
-            _shade(band.glyph, fill_color=own.shade)
+            _shade(band.glyph, fill_color=looks[method].shade)
     for method, group in unfinished.items():
         for result in group:
             curve = {step: Estimate(value) for step, value in stats.run_curve(result).items()}
             told = f"{method}, seed {result.run.config.seed}, unfinished"
             data = {"step": list(curve)} | _columns(told, curve.values())
-            marks.append(_line(plot, method, data, alpha=0.45))
+            marks.append(_line(plot, method, data, looks[method], alpha=0.45))
     tooltips = [*_TOOLTIPS, ("step", "@step{0,0}")]
     plot.add_tools(HoverTool(tooltips=tooltips, renderers=marks, point_policy="snap_to_data"))
     return _json(plot)
 
 
-def bars(groups: Mapping[str, Groups], quantity: str) -> Json:
+def bars(groups: Mapping[str, Groups], quantity: str, looks: Mapping[str, Look]) -> Json:
     """One bar per method in each group, with a whisker of one standard deviation each way.
 
     A dash takes the place of an unknown bar.
@@ -102,10 +103,10 @@ def bars(groups: Mapping[str, Groups], quantity: str) -> Json:
             {"place": [(name, method) for name in known], "group": list(known)}
             | _columns(method, known.values())
         )
-        drawn.append(_bars(plot, method, source))
+        drawn.append(_bars(plot, method, source, looks[method]))
         if any(estimate.deviation is not None for estimate in known.values()):
             plot.add_layout(_whiskers(method, source))
-        _dashes(plot, method, [(name, method) for name in own if name not in known])
+        _dashes(plot, method, [(name, method) for name in own if name not in known], looks[method])
     tooltips = [("", "@group"), *_TOOLTIPS, ("interval", "@interval")]
     plot.add_tools(HoverTool(tooltips=tooltips, renderers=drawn))
     return _json(plot)
@@ -147,9 +148,9 @@ def _axis(axis: Any) -> dict[str, Shade]:
     )
 
 
-def _line(plot: figure, method: str, data: Mapping[str, Any], alpha: float = 1.0) -> Any:
+def _line(plot: figure, method: str, data: Mapping[str, Any], own: Look, alpha: float = 1.0) -> Any:
     """Draw a method's curve; returns its marks, which get tooltips."""
-    own, source = look(method), ColumnDataSource(dict(data))
+    source = ColumnDataSource(dict(data))
     dash = [round(float(length)) for length in own.dash.split()]
     line = plot.line(
         "step", "value", source=source, name=method, line_width=1.8, line_dash=dash, alpha=alpha
@@ -162,8 +163,7 @@ def _line(plot: figure, method: str, data: Mapping[str, Any], alpha: float = 1.0
     return marks
 
 
-def _bars(plot: figure, method: str, source: ColumnDataSource) -> Any:
-    own = look(method)
+def _bars(plot: figure, method: str, source: ColumnDataSource, own: Look) -> Any:
     drawn = plot.vbar(
         "place",
         top="value",
@@ -195,10 +195,10 @@ def _whiskers(method: str, source: ColumnDataSource) -> Whisker:
     return whiskers
 
 
-def _dashes(plot: figure, method: str, places: Sequence[tuple[str, str]]) -> None:
+def _dashes(plot: figure, method: str, places: Sequence[tuple[str, str]], own: Look) -> None:
     source = ColumnDataSource({"place": list(places), "text": ["–"] * len(places)})
     drawn = plot.text("place", 0, "text", source=source, name=method, text_align="center")
-    _shade(drawn.glyph, text_color=look(method).shade)
+    _shade(drawn.glyph, text_color=own.shade)
 
 
 def _columns(method: str, estimates: Iterable[Estimate]) -> dict[str, list[Any]]:

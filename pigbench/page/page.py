@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from pigbench.errors import UserError
 from pigbench.page import entries, place, records
-from pigbench.page.looks import look
+from pigbench.page.looks import looks
 from pigbench.page.sections import TABLES, Section, sections
 from pigbench.report import tables
 from pigbench.report.bootstrap import LEVEL
@@ -43,8 +43,9 @@ def write(
     unfinished = [
         scoring.only_counted(entry.result) for entry in found if not entry.done and entry.result
     ]
-    told = sections(done, unfinished, order, scoring)
     methods = {result.run.config.label for result in [*done, *unfinished]}
+    shown = looks(methods)
+    told = sections(done, unfinished, order, scoring, shown)
     made = {
         name: tables.TABLES[name].make(done, order=order, scoring=scoring)
         for name in _overall(done, environments=len(told))
@@ -55,7 +56,7 @@ def write(
         title=", ".join(_titles(folders, told)),
         entries=found,
         level=LEVEL,
-        looks={method: look(method) for method in ordered(methods, order)},
+        looks={method: shown[method] for method in ordered(methods, order)},
         headline=made.pop(_HEADLINE, None),
         tables=made,
         sections=told,

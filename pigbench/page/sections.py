@@ -7,11 +7,18 @@ from typing import NamedTuple
 from pigbench.page import figures, films
 from pigbench.page.figures import Json
 from pigbench.page.films import Film
+from pigbench.page.looks import Look
 from pigbench.report import tables
-from pigbench.report.conditions import remarks
 from pigbench.report.formats import Table
 from pigbench.report.order import ordered
-from pigbench.report.scoring import Scoring, by_stage, by_task, wording
+from pigbench.report.scoring import (
+    Scoring,
+    by_stage,
+    by_task,
+    curve_remarks,
+    score_remarks,
+    wording,
+)
 from pigbench.report.stats import Result
 from pigbench.support.grouping import grouped
 
@@ -38,7 +45,11 @@ class Section:
 
 
 def sections(
-    done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
+    done: Sequence[Result],
+    unfinished: Sequence[Result],
+    order: Sequence[str],
+    scoring: Scoring,
+    looks: Mapping[str, Look],
 ) -> list[Section]:
     """One section per environment, in order. Unfinished runs appear only in curves and films.
 
@@ -49,7 +60,12 @@ def sections(
     going_on = grouped(unfinished, _environment)
     return [
         _section(
-            environment, mine.get(environment, []), going_on.get(environment, []), order, scoring
+            environment,
+            mine.get(environment, []),
+            going_on.get(environment, []),
+            order,
+            scoring,
+            looks,
         )
         for environment in ordered({*mine, *going_on}, order)
     ]
@@ -61,10 +77,11 @@ def _section(
     unfinished: Sequence[Result],
     order: Sequence[str],
     scoring: Scoring,
+    looks: Mapping[str, Look],
 ) -> Section:
     return Section(
         environment,
-        list(_figures(done, unfinished, order, scoring)),
+        list(_figures(done, unfinished, order, scoring, looks)),
         _tables(done, order, scoring),
         {
             f"{environment}-{film.task}-{film.outcome}.mp4": film
@@ -74,26 +91,31 @@ def _section(
 
 
 def _figures(
-    done: Sequence[Result], unfinished: Sequence[Result], order: Sequence[str], scoring: Scoring
+    done: Sequence[Result],
+    unfinished: Sequence[Result],
+    order: Sequence[str],
+    scoring: Scoring,
+    looks: Mapping[str, Look],
 ) -> Iterable[Figure]:
     finished = _by_method(done, order)
-    told = "".join(f"; {remark}" for remark in remarks([*done, *unfinished]))
+    told = "".join(f"; {remark}" for remark in curve_remarks([*done, *unfinished]))
     yield Figure(
         "Success over training",
         f"Mean over seeds, in a band of one standard deviation to each side{told}."
         + (" Faint: unfinished runs, one by one." if unfinished else ""),
-        figures.curves(finished, _by_method(unfinished, order)),
+        figures.curves(finished, _by_method(unfinished, order), looks),
     )
     if finished:
-        evaluated = wording(scoring.cells(done), scoring).capitalize()
-        told = "".join(f"; {remark}" for remark in remarks(done))
+        cells = scoring.cells(done)
+        evaluated = wording(cells, scoring).capitalize()
+        told = "".join(f"; {remark}" for remark in score_remarks(cells, scoring))
         how = f"{evaluated}; whiskers: one standard deviation over seeds{told}."
         for title, groups, quantity in (
             ("Success on each task", by_task, "success (%)"),
             ("How far episodes got", by_stage, "episodes (%)"),
         ):
             found = {method: groups(group, scoring) for method, group in finished.items()}
-            yield Figure(title, how, figures.bars(found, quantity))
+            yield Figure(title, how, figures.bars(found, quantity, looks))
 
 
 def _tables(done: Sequence[Result], order: Sequence[str], scoring: Scoring) -> dict[str, Table]:

@@ -10,11 +10,10 @@ from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
 
 from pigbench.report import canvas
-from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
-from pigbench.report.scoring import Groups, Scoring, by_stage, by_task, wording
+from pigbench.report.scoring import Groups, Scoring, by_stage, by_task, score_remarks, wording
 from pigbench.report.stats import Cell, Estimate, Result
-from pigbench.report.styles import Style, style
+from pigbench.report.styles import Style, styles
 
 _HEIGHT = 2.1  # inches
 _BAR = 0.11
@@ -52,7 +51,7 @@ def _draw(
     figure, grid = canvas.grid(
         len(environments), 1, panel=(width, _HEIGHT), legend=methods, share_y=False
     )
-    handles = {}
+    looks, handles = styles(methods), {}
     for panel, environment in zip(grid[:, 0], environments, strict=True):
         panel.set_title(f"{environment}, {wording(cells, scoring)}")
         panel.set_ylim(0, 100)
@@ -65,11 +64,11 @@ def _draw(
                 continue
             names |= dict.fromkeys(groups)
             places = np.arange(len(groups)) * (len(methods) + _GAP) + offset
-            handles[method] = _add_bars(panel, places, list(groups.values()), style(method))
+            handles[method] = _add_bars(panel, places, list(groups.values()), looks[method])
         centres = np.arange(len(names)) * (len(methods) + _GAP) + (len(methods) - 1) / 2
         panel.set_xticks(centres, list(names))
         panel.set_xlim(-_GAP, len(names) * (len(methods) + _GAP) - _GAP)
-    canvas.add_remarks(figure, remarks(results))
+    canvas.add_remarks(figure, score_remarks(cells, scoring))
     canvas.add_legend(figure, {method: handles[method] for method in methods})
     return figure
 

@@ -1,6 +1,5 @@
 """The paper's box plot: a box per method, a dot per environment, and a large one, their mean."""
 
-import itertools
 from collections.abc import Iterable, Mapping, Sequence
 
 from matplotlib.artist import Artist
@@ -11,12 +10,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pigbench.report import canvas, comparison
-from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
 from pigbench.report.representations import by_representation, representation, shown_names
-from pigbench.report.scoring import Scoring, success, wording
+from pigbench.report.scoring import Scoring, score_remarks, success, wording
 from pigbench.report.stats import Result, base
-from pigbench.report.styles import BLACK, GREY, style
+from pigbench.report.styles import BLACK, GREY, styles
 from pigbench.support.grouping import grouped
 
 _HEIGHT = 3.6  # inches
@@ -38,7 +36,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     cells = comparison.common(scoring.cells(results))
     low_levels = {cell.method: group[0].representation for cell, group in cells.items()}
     methods = by_representation(ordered(low_levels, order), low_levels)
-    places = _places(methods)
+    places, looks = _places(methods), styles(methods)
     handles = _handles(name for name in low_levels.values() if name is not None)
     width = _BOX * (max(places.values()) + _MARGIN)
     figure, grid = canvas.grid(1, 1, panel=(width, _HEIGHT), legend=list(handles))
@@ -46,7 +44,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     for method in methods:
         group = [results for cell, results in cells.items() if cell.method == method]
         values = [success(results, scoring).value for results in group]
-        _add_box(panel, places[method], values, style(method).color, _fill(low_levels[method]))
+        _add_box(panel, places[method], values, looks[method].color, _fill(low_levels[method]))
     panel.set_ylim(0, 100)
     environments = ", ".join(ordered({cell.environment for cell in cells}, order))
     title = f"{wording(cells, scoring)}, over {environments}"
@@ -57,7 +55,7 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     panel.set_xticks(
         list(ticks.values()), list(ticks), rotation=40, ha="right", rotation_mode="anchor"
     )
-    canvas.add_remarks(figure, remarks(itertools.chain.from_iterable(cells.values())))
+    canvas.add_remarks(figure, score_remarks(cells, scoring))
     canvas.add_legend(figure, handles)
     return figure
 

@@ -11,13 +11,12 @@ from matplotlib.figure import Figure
 
 from pigbench.errors import UserError
 from pigbench.report import canvas, stats
-from pigbench.report.conditions import remarks
 from pigbench.report.curves import add_curve, prepare
 from pigbench.report.order import ordered
 from pigbench.report.representations import REPRESENTATIONS, representation, shown_names
-from pigbench.report.scoring import Cells, Scoring
+from pigbench.report.scoring import Cells, Scoring, curve_remarks
 from pigbench.report.stats import Cell, Estimate, Result
-from pigbench.report.styles import style
+from pigbench.report.styles import styles
 from pigbench.support.grouping import grouped
 
 _PANEL = 2.9, 2.2
@@ -45,20 +44,20 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     )
     for panel, title in zip(grid[0], titles.values(), strict=False):
         panel.set_title(title)
-    handles = {}
+    looks, handles = styles(methods), {}
     for panels, (environment, row) in zip(grid, rows.items(), strict=True):
         panels[0].set_ylabel(f"{environment}\nsuccess (%)")
         for panel in panels:
             prepare(panel)
         for panel, name in zip(panels, names, strict=False):
             for method, group in row.get(name, {}).items():
-                handles[method] = add_curve(panel, stats.success_curve(group), style(method))
+                handles[method] = add_curve(panel, stats.success_curve(group), looks[method])
         shared = ordered(set.intersection(*map(set, row.values())), order)
         panels[-1].set_title(canvas.wrapped(_average_title(shared, methods), _PANEL[0]))
         for name, groups in row.items() if shared else ():
             curve = _average([groups[method] for method in shared])
             handles[titles[name]] = add_curve(panels[-1], curve, representation(name).style)
-    canvas.add_remarks(figure, remarks(itertools.chain.from_iterable(cells.values())))
+    canvas.add_remarks(figure, curve_remarks(itertools.chain.from_iterable(cells.values())))
     canvas.add_legend(
         figure, {name: handles[name] for name in [*methods, *titles.values()] if name in handles}
     )

@@ -1,5 +1,6 @@
 """Learning curves: success over training steps, one panel per environment."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 
 from matplotlib.axes import Axes
@@ -7,11 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pigbench.report import canvas, stats
-from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
-from pigbench.report.scoring import Scoring
+from pigbench.report.scoring import Scoring, curve_remarks
 from pigbench.report.stats import Estimate, Result
-from pigbench.report.styles import Style, style
+from pigbench.report.styles import Style, styles
 
 _PANEL = 3.2, 2.5
 _COLUMNS = 3
@@ -25,19 +25,19 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     columns = min(len(environments), _COLUMNS)
     rows = -(-len(environments) // columns)
     figure, grid = canvas.grid(rows, columns, panel=_PANEL, legend=methods)
-    lines = {}
+    looks, lines = styles(methods), {}
     for panel, environment in zip(grid.flat, environments, strict=False):
         prepare(panel)
         panel.set_title(environment)
         for method in methods:
             group = cells.get(stats.Cell(method, environment))
             if group:
-                lines[method] = add_curve(panel, stats.success_curve(group), style(method))
+                lines[method] = add_curve(panel, stats.success_curve(group), looks[method])
     for panel in grid.flat[len(environments) :]:
         panel.set_axis_off()
     for panel in grid[:, 0]:
         panel.set_ylabel("success (%)")
-    canvas.add_remarks(figure, remarks(results))
+    canvas.add_remarks(figure, curve_remarks(itertools.chain.from_iterable(cells.values())))
     canvas.add_legend(figure, {method: lines[method] for method in methods})
     return figure
 

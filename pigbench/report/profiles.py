@@ -1,17 +1,15 @@
 """Performance profiles: the share of runs with success above a threshold, for every threshold."""
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from pigbench.report import canvas, comparison
-from pigbench.report.conditions import remarks
 from pigbench.report.order import ordered
-from pigbench.report.scoring import Scoring, wording
+from pigbench.report.scoring import Scoring, score_remarks, wording
 from pigbench.report.stats import Result
-from pigbench.report.styles import style
+from pigbench.report.styles import styles
 
 _PANEL = 5.8, 3.2
 _MARK_EVERY = 20  # thresholds
@@ -26,9 +24,9 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     methods = ordered(profiles, order)
     figure, grid = canvas.grid(1, 1, panel=_PANEL, legend=methods)
     panel = grid[0, 0]
-    handles = {}
+    looks, handles = styles(methods), {}
     for method in methods:
-        look = style(method)
+        look = looks[method]
         share, band = profiles[method]
         (handles[method],) = panel.step(
             _THRESHOLDS,
@@ -49,6 +47,6 @@ def draw(results: Sequence[Result], order: Sequence[str], scoring: Scoring) -> F
     panel.set_title(canvas.wrapped(environments, _PANEL[0]))
     panel.set_xlabel(f"threshold: success (%), {wording(cells, scoring)}")
     panel.set_ylabel("runs above the threshold (%)")
-    canvas.add_remarks(figure, remarks(itertools.chain.from_iterable(cells.values())))
+    canvas.add_remarks(figure, score_remarks(cells, scoring))
     canvas.add_legend(figure, handles)
     return figure

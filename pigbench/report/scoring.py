@@ -3,7 +3,8 @@
 Functions of results take those of `Scoring.cells`, which have only the episodes that count.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple, TypeVar
@@ -15,7 +16,7 @@ from pigbench.errors import UserError, lookup, require
 from pigbench.evaluation.episodes import Episode
 from pigbench.evaluation.measures import MEASURES
 from pigbench.report import aggregates, bootstrap, stats
-from pigbench.report.conditions import unequal
+from pigbench.report.conditions import remarks, unequal
 from pigbench.report.stats import Cell, Estimate, Result
 from pigbench.seeds import Seed
 from pigbench.support.grouping import grouped
@@ -158,19 +159,44 @@ def wording(cells: Cells, scoring: Scoring) -> str:
     return f"{checkpoint}, {_listed(counts)} episodes per task"
 
 
+def score_remarks(cells: Cells, scoring: Scoring, *, always: Collection[str] = ()) -> list[str]:
+    """What readers must know who compare scores: `remarks`, and `differences`."""
+    results = itertools.chain.from_iterable(cells.values())
+    return [*remarks(results, always=always), *differences(cells, scoring)]
+
+
+def curve_remarks(results: Iterable[Result]) -> list[str]:
+    """What readers must know who compare curves, on which they see the last steps."""
+    results = list(results)
+    evaluations = [
+        (Cell.of(result), stats.evaluation(result, {episode.step for episode in result.episodes}))
+        for result in results
+    ]
+    return [*remarks(results), *_unequal(evaluations)]
+
+
 def differences(cells: Cells, scoring: Scoring) -> list[str]:
     """Differences between the evaluations that count: values by method, for each environment."""
-    evaluations = {
-        cell: {"last step": [group[0].last_step]}
-        | stats.evaluation(group[0], _steps(group, scoring))
-        for cell, group in cells.items()
-    }
-    names = dict.fromkeys(name for values in evaluations.values() for name in values)
+    return _unequal(
+        [
+            (
+                cell,
+                {"last step": [group[0].last_step]}
+                | stats.evaluation(group[0], _steps(group, scoring)),
+            )
+            for cell, group in cells.items()
+        ]
+    )
+
+
+def _unequal(evaluations: Sequence[tuple[Cell, Mapping[str, Sequence[int | str]]]]) -> list[str]:
+    """The settings of evaluations, given by name, that differ within an environment."""
+    names = dict.fromkeys(name for _, values in evaluations for name in values)
     return [
         difference
         for name in names
         for difference in unequal(
-            name, ((cell, _listed(values[name])) for cell, values in evaluations.items())
+            name, ((cell, _listed(values[name])) for cell, values in evaluations)
         )
     ]
 

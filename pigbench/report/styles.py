@@ -1,8 +1,8 @@
 """Looks of methods in all figures: colours, lines and hatches."""
 
 import zlib
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple, TypeVar
 
 from pigbench.report.stats import base
 
@@ -32,6 +32,8 @@ VARIANTS = {
     "*": "**",
 }
 """Markers on the lines of a method's variants, and the corresponding hatches of areas."""
+
+T = TypeVar("T")
 
 
 class Style(NamedTuple):
@@ -70,17 +72,53 @@ STYLES = {
 }
 
 
-def style(method: str) -> Style:
-    """The method's own style, or else one determined by its name alone.
+# For methods without a style of their own. Representations have a black dotted line.
+_SPARE = [
+    look
+    for line in ("-.", ":")
+    for color in PALETTE
+    if (look := Style(color, line)) not in {*STYLES.values(), Style(BLACK, ":")}
+]
 
-    A variant, named as in "method (variant)", adds a marker and a hatch to its method's style.
+
+def styles(methods: Iterable[str]) -> dict[str, Style]:
+    """The looks of methods that are drawn together, and of those whose variants they are.
+
+    Methods have their own style, or else one that their name chooses among those that are left. A
+    variant, named as in "method (variant)", adds a marker and a hatch to its method's style. No two
+    look the same, unless there are more than looks.
     """
+    methods = sorted(set(methods))
+    looks: dict[str, Style] = {}
+    for name in sorted({*map(base, methods)}, key=lambda name: (name not in STYLES, name)):
+        looks[name] = STYLES.get(name) or _first_free(_spare(name), looks.values())
+    for method in methods:
+        if method not in looks:
+            looks[method] = _first_free(_variants(method, looks), looks.values())
+    return looks
+
+
+def _first_free(choices: Sequence[Style], taken: Collection[Style]) -> Style:
+    return next((look for look in choices if look not in taken), choices[0])
+
+
+def _spare(name: str) -> list[Style]:
+    """The looks for an unknown method; markers only when there is none without."""
+    plain = _turned(_SPARE, name)
+    return [look._replace(marker=marker) for marker in ("o", *VARIANTS) for look in plain]
+
+
+def _variants(method: str, looks: Mapping[str, Style]) -> list[Style]:
+    """The looks for a variant: first with the line of its method and a marker new to its colour."""
     name = base(method)
-    look = STYLES.get(name, Style(_pick(PALETTE, name), "-."))
-    return (
-        look if method == name else look._replace(marker=_pick(list(VARIANTS), method[len(name) :]))
-    )
+    own = looks[name]
+    seen = {look.marker for look in looks.values() if look.color == own.color}
+    markers = sorted(_turned(list(VARIANTS), method[len(name) :]), key=seen.__contains__)
+    lines = sorted(HATCHES, key=lambda line: line != own.line)
+    return [Style(own.color, line, marker) for line in lines for marker in markers]
 
 
-def _pick(choices: Sequence[str], name: str) -> str:
-    return choices[zlib.crc32(name.encode()) % len(choices)]
+def _turned(choices: Sequence[T], name: str) -> list[T]:
+    """The choices in a cycle that starts where the name says."""
+    start = zlib.crc32(name.encode()) % len(choices)
+    return [*choices[start:], *choices[:start]]

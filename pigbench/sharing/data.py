@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from pigbench.data import manifest
 from pigbench.data.dataset import Dataset
 from pigbench.sharing import card
 from pigbench.support import files
@@ -20,6 +21,10 @@ _PIGBENCH = """
 pigbench data verify .
 pigbench train gcivl --data . --out run
 """
+
+
+_SIMULATED = "simulated in pigbench's reimplementation of OGBench's cube environments."
+_IMPORTED = "imported into pigbench from files made elsewhere."
 
 
 def write(dataset: Dataset, *, license: str = card.LICENSE) -> Path:
@@ -49,19 +54,16 @@ def describe(dataset: Dataset, *, license: str = card.LICENSE) -> str:
             "tags": [*card.TAGS, spec.environment],
         },
         f"# {spec.environment}, {spec.policy}",
-        "Rows of whole episodes for offline goal-conditioned reinforcement learning, simulated in "
-        "pigbench's reimplementation of OGBench's cube environments.",
+        "Rows of whole episodes for offline goal-conditioned reinforcement learning, "
+        + (_IMPORTED if spec.imported else _SIMULATED),
         card.facts(
             {
                 "environment": spec.environment,
                 "policy": spec.policy,
-                "physics": f"profile {spec.physics}, engine {spec.engine}",
-                "seed": spec.seed,
+                **manifest.provenance(spec),
                 **splits,
                 "fields": ", ".join(spec.fields),
                 "size": f"{size / 1e6:,.1f} MB",
-                "versions": ", ".join(f"{name} {value}" for name, value in spec.versions.items()),
-                "origin": ", ".join(f"{name} {value}" for name, value in spec.origin.items()),
                 "manifest's SHA-256": dataset.digest,
             }
         ),

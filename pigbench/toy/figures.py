@@ -8,7 +8,7 @@ from jaxtyping import Float, Shaped
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pigbench.report.styles import BLACK, style
+from pigbench.report.styles import BLACK, STYLES
 from pigbench.toy.errors import errors
 from pigbench.toy.fit import LOSSES
 from pigbench.toy.problem import Example, Mode
@@ -126,7 +126,7 @@ def _draw_section(panel: Axes, mode: Mode, fits: Sequence[ToyOutcome], settings:
     position = np.asarray(states[:, 1])
     panel.plot(position, mode.cost_to_go(states), color=BLACK, linestyle=":", label="$d^*$")
     for fit in fits:
-        color = style(METHODS[fit.loss]).color
+        color = STYLES[METHODS[fit.loss]].color
         mean = fit.section.mean(axis=0)
         deviation = fit.section.std(axis=0, ddof=min(1, len(fit.section) - 1))
         panel.plot(position, mean, color=color, label=LABELS[fit.loss])

@@ -138,6 +138,15 @@ def config() -> RunConfig:
 
 
 @pytest.fixture
+def imported(tmp_path) -> Path:
+    """A data set that was imported, with the specification of logs'."""
+    origin = {"arm.csv": "SHA-256 ab"}
+    spec = dataclasses.replace(SPEC, policy="log", seed=0, versions={}, origin=origin)
+    write_dataset(tmp_path / "imported", spec)
+    return tmp_path / "imported"
+
+
+@pytest.fixture
 def arrays():
     return arrays_of
 

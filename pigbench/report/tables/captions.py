@@ -1,14 +1,12 @@
 """What captions of tables say of the results, and how they were obtained."""
 
-import itertools
 from collections.abc import Mapping
 
 from pigbench import envs
 from pigbench.report import comparison
 from pigbench.report.bootstrap import LEVEL
-from pigbench.report.conditions import remarks
 from pigbench.report.formats import Label
-from pigbench.report.scoring import Cells, Scoring, differences, wording
+from pigbench.report.scoring import Cells, Scoring, score_remarks, wording
 from pigbench.report.stats import Estimate
 from pigbench.report.tables import bold
 from pigbench.report.tables.labels import centimetres
@@ -31,9 +29,8 @@ def success_rates(
 
 def conditions(cells: Cells, scoring: Scoring) -> str:
     """The evaluations that count, and the conditions that readers must know."""
-    results = itertools.chain.from_iterable(cells.values())
-    told = remarks(results, always=("physics",))
-    return "; ".join([wording(cells, scoring), *told, *differences(cells, scoring)])
+    told = score_remarks(cells, scoring, always=("physics",))
+    return "; ".join([wording(cells, scoring), *told])
 
 
 def success_distances(cells: Cells) -> str:

@@ -1,8 +1,11 @@
 """What `analyze` and `subgoals` tell of a run: that of a hierarchy, which has both."""
 
+import dataclasses
+
 import pytest
 
-from pigbench import cli
+from pigbench import cli, envs
+from pigbench.envs.reality import Reality
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +49,18 @@ def test_the_datas_own_actions_lead_to_its_states_and_an_untrained_policy_does_n
     assert min(led) > 20
     right, drawn = (float(row[2]) for row in rows if row[0] in ("the data's subgoal", "generated"))
     assert right < 20 < drawn  # mm; a held cube is nearer
+
+
+def test_what_data_do_not_record_of_an_environment_is_not_simulated(folders, monkeypatch):
+    data, run = folders
+    arguments = ["subgoals", str(run), "--data", str(data), "--samples", "4"]
+    spec = envs.SPECS["cube-single"]
+    late = dataclasses.replace(spec, reality=Reality(action_delay=1))
+    monkeypatch.setitem(envs.SPECS, "cube-single", late)
+    with pytest.raises(cli.UserError, match=r"cube-single delays actions, .* without a reality"):
+        cli.run(arguments)
+    monkeypatch.setitem(envs.SPECS, "cube-single", dataclasses.replace(spec, reality=Reality()))
+    cli.run(arguments)
 
 
 @pytest.mark.parametrize("command", ["analyze", "subgoals"])

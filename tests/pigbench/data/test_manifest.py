@@ -60,6 +60,16 @@ def test_the_origin_is_recorded_if_there_is_one(tmp_path, spec):
     assert re.search(r"^origin +F\.npz SHA-256 ab$", manifest.describe(Manifest(made, ())), re.M)
 
 
+def test_what_was_imported_has_no_engine_and_no_seed(spec):
+    made = manifest.describe(Manifest(spec, ()))
+    assert re.search(r"^physics +profile exact, engine mujoco$", made, re.M)
+    assert re.search(r"^seed +3$", made, re.M)
+    imported = dataclasses.replace(spec, versions={}, origin={"F.npz": "SHA-256 ab"})
+    text = manifest.describe(Manifest(imported, ()))
+    assert re.search(r"^imported from +F\.npz SHA-256 ab$", text, re.M)
+    assert not re.search(r"engine|^(seed|versions|origin)\b", text, re.M)
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

@@ -1,6 +1,7 @@
 """Minari itself reads what is exported for it."""
 
 import dataclasses
+import json
 
 import gymnasium
 import numpy as np
@@ -46,6 +47,16 @@ def test_spaces_and_environment_are_told(exported):
     assert np.isinf(theirs.observation_space.high).all()
     assert (theirs.action_space.low == -1).all()
     assert theirs.storage.metadata["algorithm_name"] == "play"
+
+
+def test_the_description_says_who_made_the_data(exported, imported, tmp_path):
+    theirs = minari.load_dataset("pigbench/cube-single-play-v0")
+    assert "made by pigbench with seed 3" in theirs.storage.metadata["description"]
+    out = tmp_path / "out" / "more"
+    cli.run(["data", "export", str(imported), "--format", "minari", "--out", str(out)])
+    about = json.loads(next(out.rglob("data/metadata.json")).read_text())
+    assert "imported by pigbench from arm.csv SHA-256 ab" in about["description"]
+    assert "seed" not in about["description"]
 
 
 def test_an_environment_of_ones_own_is_exported_and_one_that_is_unknown_is_said(

@@ -6,11 +6,13 @@ from typing import Any
 import pytest
 
 from pigbench.page import figures
-from pigbench.page.looks import look
+from pigbench.page.looks import looks
 from pigbench.report import stats
 from pigbench.report.bootstrap import Interval
 from pigbench.report.stats import Estimate
 from pigbench.runs.run import read_run
+
+LOOKS = looks(["gcivl", "hjb-gcivl", "mine"])
 
 
 def models(value: Any) -> Iterator[dict[str, Any]]:
@@ -39,14 +41,14 @@ def results(folders):
 
 def test_a_curve_is_the_mean_in_its_band(runs):
     gcivl, (unfinished,) = results(runs[:2]), results(runs[2:3])
-    drawn = figures.curves({"gcivl": gcivl}, {"hjb-gcivl": [unfinished]})
+    drawn = figures.curves({"gcivl": gcivl}, {"hjb-gcivl": [unfinished]}, LOOKS)
     curve, band, alone = sources(drawn)[0], named(drawn, "VArea"), sources(drawn)[-1]
     assert (curve["step"], curve["value"]) == ([0, 200], [0.0, 75.0])
     deviation = 50 / 2**0.5  # of 50 and 100
     assert curve["low"] == pytest.approx([0, 75 - deviation])
     assert curve["high"] == pytest.approx([0, 75 + deviation])
     assert curve["shown"][-1] == "75.0 ± 35.4"
-    assert len([one for one in band if one["fill_color"] == look("gcivl").shade.light]) == 1
+    assert len([one for one in band if one["fill_color"] == LOOKS["gcivl"].shade.light]) == 1
     assert (alone["value"], alone["method"][0]) == ([0.0, 50.0], "hjb-gcivl, seed 0, unfinished")
 
 
@@ -55,7 +57,7 @@ def test_bars_stand_by_method_in_their_groups():
         "gcivl": {"touched": Estimate(80.0, 5.0, Interval(75.0, 85.0), 3), "held": None},
         "mine": {"touched": Estimate(20.0), "held": Estimate(0.0)},
     }
-    drawn = figures.bars(groups, "episodes (%)")
+    drawn = figures.bars(groups, "episodes (%)", LOOKS)
     (places,) = (one["factors"] for one in named(drawn, "FactorRange"))
     assert [list(place) for place in places] == [
         ["touched", "gcivl"],
@@ -74,7 +76,7 @@ def test_bars_stand_by_method_in_their_groups():
 
 
 def test_what_is_of_a_method_can_be_hidden_by_its_name():
-    drawn = figures.bars({"mine": {"touched": Estimate(20.0, 1.0)}}, "episodes (%)")
+    drawn = figures.bars({"mine": {"touched": Estimate(20.0, 1.0)}}, "episodes (%)", LOOKS)
     kinds = {
         model["name"]
         for model in models(drawn)

@@ -39,7 +39,7 @@ def test_every_kind_shows_every_method_in_its_colour(tmp_path, results, kind):
 
 
 def styles_rgb(method):
-    color = styles.style(method).color
+    color = styles.styles(["gcivl", "mine"])[method].color
     return np.array([int(color[start : start + 2], 16) for start in (1, 3, 5)])
 
 
@@ -57,6 +57,24 @@ def test_every_kind_says_what_methods_were_told_of_goals(tmp_path, make_run, kin
     usual = plots.KINDS[kind].draw(results[::2], (), Scoring())
     assert usual.get_suptitle() == ""
     assert figure.get_figheight() > usual.get_figheight()
+
+
+@pytest.mark.parametrize("kind", plots.KINDS)
+def test_every_kind_says_what_evaluations_do_not_share(tmp_path, make_run, kind):
+    low = {"agent": {"low_level_representation": "full"}}
+    results = stats.read_results(
+        [
+            make_run(tmp_path / "a", {100: [[1, 0]]}, method="sharsa", **low),
+            make_run(tmp_path / "b", {100: [[1]], 200: [[1]]}, method="mine", **low),
+        ]
+    )
+    said = plots.KINDS[kind].draw(results, (), Scoring()).get_suptitle().replace("\n", " ")
+    steps = "unequal last step on cube-single: 200 (mine); 100 (sharsa); "
+    shown = kind in ("curves", "columns")  # the last step itself
+    counts = "unequal episodes per task on cube-single: 1 (mine); 2 (sharsa)"
+    assert said == ("" if shown else steps) + counts
+    first = plots.KINDS[kind].draw(results, (), Scoring(first_episodes=1)).get_suptitle()
+    assert first.replace("\n", " ") == ("" if shown else steps.removesuffix("; "))
 
 
 @pytest.mark.parametrize("kind", plots.KINDS)

@@ -30,6 +30,7 @@ def test_the_card_tells_what_the_manifest_does(data, text):
     loaded = dataset.load(data)
     for fact in (
         "- policy: play",
+        "simulated in pigbench's reimplementation",
         "- physics: profile exact, engine mujoco",
         "- seed: 3",
         "- split train: rows 20, episodes 5",
@@ -40,6 +41,15 @@ def test_the_card_tells_what_the_manifest_does(data, text):
     ):
         assert fact in text
     assert dataset.verify(data) == []
+
+
+def test_the_card_of_imported_data_claims_no_simulation(imported):
+    cli.run(["data", "card", str(imported)])
+    text = (imported / "README.md").read_text()
+    assert "imported into pigbench from files made elsewhere" in text
+    assert "- imported from: arm.csv SHA-256 ab" in text
+    for claim in ("simulated", "engine", "seed:", "versions", "origin"):
+        assert claim not in text
 
 
 def test_the_lines_load_the_data(data, text, monkeypatch):
