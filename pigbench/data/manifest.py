@@ -21,6 +21,7 @@ from pigbench.support import files, schema
 FORMAT = 1
 FILE_NAME = "manifest.json"
 JOURNAL = "shards.jsonl"
+FILTERED_BY = "filtered by"  # in the origin of data that are the good episodes of others
 
 
 class Shard(NamedTuple):
@@ -77,6 +78,16 @@ class Spec:
     versions: Mapping[str, str]
     settings: Mapping[str, str] = dataclasses.field(default_factory=dict)
     origin: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    @property
+    def is_compact(self) -> bool:
+        """Whether the simulator's own states are left out."""
+        return not {"qpos", "qvel"} & set(self.fields)
+
+    @property
+    def is_filtered(self) -> bool:
+        """Whether the data are the good episodes of others."""
+        return FILTERED_BY in self.origin
 
     def as_dict(self) -> dict[str, Any]:
         """The specification in plain types; its layout is the (name, size) of each term.
@@ -168,6 +179,11 @@ def remaining(folder: Path) -> str | None:
     if (folder / JOURNAL).exists():
         return f"{JOURNAL} is still to be taken into {FILE_NAME}"
     return None
+
+
+def digest(folder: Path) -> str:
+    """The SHA-256 of the manifest in `folder`: of the data set, once it is complete."""
+    return files.sha256(folder / FILE_NAME)
 
 
 def write(folder: Path, manifest: Manifest) -> None:
