@@ -69,7 +69,7 @@ class Generate:
     def __post_init__(self) -> None:  # so that a suite rejects bad values before it begins
         counts = "episodes", "episode_length", "episodes_per_shard"
         require(self, lambda x: x is None or x >= 1, "at least 1", *counts)
-        if self._validation_episodes() < 0:
+        if self.split_episodes["val"] < 0:
             raise UserError(
                 f"validation_episodes is {self.validation_episodes}: it must be 0 or more"
             )
@@ -91,16 +91,15 @@ class Generate:
         engine = self.engine or envs.default_engine()
         env = envs.make(self.environment, engine=engine, profile=self.physics)
         policy = POLICIES[self._policy()](env.spec, env.scene)
-        length = self.episode_length or EPISODE_ROWS
         spec = Spec(
             environment=self.environment,
             policy=self._policy(),
             physics=self.physics,
             engine=engine,
             seed=self.seed,
-            episodes={"train": self.episodes, "val": self._validation_episodes()},
+            episodes=self.split_episodes,
             episodes_per_shard=self._episodes_per_shard(engine),
-            rows_per_episode=0 if policy.ability.episode_rows else length,
+            rows_per_episode=self.rows_per_episode,
             fields=collect.COMPACT if self.compact else collect.FIELDS,
             layout=env.layout,
             action_size=env.action_size,
@@ -108,7 +107,7 @@ class Generate:
             settings=settings.in_force(),
         )
         if not self.out.exists():  # otherwise only the missing shards count
-            most = collect.most_rows(policy, length)
+            most = collect.most_rows(policy, spec.rows_per_episode)
             every = sum(spec.episodes.values()) * most
             collect.require_room(env, spec.fields, every, self.out)
         with only_writer(self.out):
@@ -117,6 +116,22 @@ class Generate:
                 with self._source(env, policy, spec) as source:
                     collect.write_missing(env, policy, spec, writer, source)
         print(typed.complete(self.out, seen_by="data info"))
+
+    @property
+    def split_episodes(self) -> dict[str, int]:
+        """The episodes of each split."""
+        validation = self.validation_episodes
+        return {
+            "train": self.episodes,
+            "val": max(1, self.episodes // 10) if validation is None else validation,
+        }
+
+    @property
+    def rows_per_episode(self) -> int:
+        """The rows of every episode; 0 if the policy ends episodes itself."""
+        if SCRIPTED[self._policy()].episode_rows:
+            return 0
+        return self.episode_length or EPISODE_ROWS
 
     @contextlib.contextmanager
     def _source(
@@ -136,11 +151,6 @@ class Generate:
         name = usual if self.policy is None else self.policy
         lookup("policy", SCRIPTED, name)
         return name
-
-    def _validation_episodes(self) -> int:
-        if self.validation_episodes is None:
-            return max(1, self.episodes // 10)
-        return self.validation_episodes
 
     def _episodes_per_shard(self, engine: str) -> int:
         from pigbench import devices

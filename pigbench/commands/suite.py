@@ -12,7 +12,7 @@ from pigbench.commands.parsing import parse
 from pigbench.errors import UserError, require
 from pigbench.page import make
 from pigbench.report.formats import markdown_grid
-from pigbench.suite import growth, logs, results, spec, stages
+from pigbench.suite import checks, logs, results, spec, stages
 from pigbench.suite.status import status, table
 from pigbench.support import cores
 from pigbench.support.lock import only_writer
@@ -42,20 +42,19 @@ class RunSuite:
 
     def run(self) -> None:
         """Do the work that is not done yet."""
-        from pigbench.suite import checks, estimate
+        from pigbench.suite import estimate
 
         require(self, lambda x: x >= 1, "at least 1", "jobs")
         suite = spec.read(self.file)
-        configs = checks.checked_configurations(suite, self.out, parse)
-        growth.require_grown(suite, self.out)
+        trainings = checks.checked_trainings(suite, self.out, parse)
         if self.dry_run:
-            times = estimate.estimate(suite, configs, self.out)
+            times = estimate.estimate(suite, trainings, self.out)
             print(markdown_grid(estimate.table(times, status(suite, self.out))))
             print(f"\n{estimate.summary(times, workers=self.jobs)}")
             return
         with only_writer(self.out):
             spec.write(self.out / spec.KEPT, suite)
-            failed = stages.run(suite, self.out, workers=self.jobs, cluster=self.cluster)
+            failed = stages.run(suite, self.out, trainings, workers=self.jobs, cluster=self.cluster)
             print(markdown_grid(table(status(suite, self.out))))
             if results.write(suite, self.out):
                 print(f"wrote tables and figures to {self.out}")

@@ -16,7 +16,6 @@ from pigbench.agents.presets import PRESETS
 from pigbench.agents.statistics import Statistics
 from pigbench.commands.parsing import MAY_BE_EMPTY
 from pigbench.data import dataset
-from pigbench.data.dataset import Dataset
 from pigbench.data.defaults import HomeChoice
 from pigbench.errors import UserError, lookup, require_left_out
 from pigbench.evaluation.settings import Evaluation
@@ -154,9 +153,18 @@ class Train:
             with contextlib.ExitStack() as stack:
                 for folder in group:
                     stack.enter_context(only_writer(folder))
-                runs = [
-                    open_run(folder, self.config(data, seed), origin, statistics)
+                configs = {
+                    folder: self.config(
+                        seed,
+                        environment=data.spec.environment,
+                        physics=data.spec.physics,
+                        dataset_digest=data.digest,
+                    )
                     for folder, seed in group.items()
+                }
+                runs = [
+                    open_run(folder, config, origin, statistics)
+                    for folder, config in configs.items()
                 ]
                 _note_resumed(runs, origin)
                 train(
@@ -187,15 +195,17 @@ class Train:
         runs = {self.out / str(seed): seed for seed in self.seeds} or {self.out: self.seed or 0}
         return [runs] if self.vectorized else [{folder: seed} for folder, seed in runs.items()]
 
-    def config(self, data: Dataset, seed: int) -> RunConfig:
+    def config(
+        self, seed: int, *, environment: str, physics: str, dataset_digest: str
+    ) -> RunConfig:
         """The configuration that identifies the run of a seed on a data set."""
         return RunConfig(
             method=self.method,
             preset=self.preset,
             agent=self.agent.record(),
-            environment=data.spec.environment,
-            physics=data.spec.physics,
-            dataset_digest=data.digest,
+            environment=environment,
+            physics=physics,
+            dataset_digest=dataset_digest,
             steps=self.steps,
             seed=seed,
             evaluation=dataclasses.asdict(self.evaluation)

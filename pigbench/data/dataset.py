@@ -96,7 +96,7 @@ class Dataset:
     @property
     def digest(self) -> str:
         """The SHA-256 of the manifest, and thus of all the data."""
-        return files.sha256(self.folder / manifest.FILE_NAME)
+        return manifest.digest(self.folder)
 
     @property
     def splits(self) -> dict[str, Split]:

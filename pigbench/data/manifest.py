@@ -21,6 +21,7 @@ from pigbench.support import files, schema
 FORMAT = 1
 FILE_NAME = "manifest.json"
 JOURNAL = "shards.jsonl"
+FILTERED_BY = "filtered by"  # in the origin of data that are the good episodes of others
 
 
 class Shard(NamedTuple):
@@ -79,9 +80,19 @@ class Spec:
     origin: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     @property
-    def imported(self) -> bool:
+    def is_imported(self) -> bool:
         """Whether the data come from elsewhere, so that no engine and no seed made them."""
         return not self.versions
+
+    @property
+    def is_compact(self) -> bool:
+        """Whether the simulator's own states are left out."""
+        return not {"qpos", "qvel"} & set(self.fields)
+
+    @property
+    def is_filtered(self) -> bool:
+        """Whether the data are the good episodes of others."""
+        return FILTERED_BY in self.origin
 
     def as_dict(self) -> dict[str, Any]:
         """The specification in plain types; its layout is the (name, size) of each term.
@@ -175,6 +186,11 @@ def remaining(folder: Path) -> str | None:
     return None
 
 
+def digest(folder: Path) -> str:
+    """The SHA-256 of the manifest in `folder`: of the data set, once it is complete."""
+    return files.sha256(folder / FILE_NAME)
+
+
 def write(folder: Path, manifest: Manifest) -> None:
     """Replace the manifest of the data set in `folder`, and remove the journal."""
     shards = [dataclasses.asdict(record) for record in manifest.shards]
@@ -215,7 +231,7 @@ def spec_of(content: str) -> Spec:
 
 def provenance(spec: Spec) -> dict[str, str]:
     """How the data came about, by name; a text is empty if there is nothing to say."""
-    if spec.imported:
+    if spec.is_imported:
         return {
             "imported from": _listed(spec.origin),
             "physics": f"profile {spec.physics} in evaluations",

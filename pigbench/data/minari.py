@@ -121,7 +121,7 @@ def _metadata(identity: str, split: Split) -> dict[str, Any]:
 
 
 def _source(spec: Spec) -> str:
-    if spec.imported:
+    if spec.is_imported:
         return f"imported by pigbench from {provenance(spec)['imported from']}"
     return f"made by pigbench with seed {spec.seed} (physics profile {spec.physics})"
 

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from pigbench import envs
 from pigbench.data import quality
 from pigbench.data.dataset import Dataset, Split
-from pigbench.data.manifest import Spec
+from pigbench.data.manifest import FILTERED_BY, Spec
 from pigbench.data.quality import CRITERIA, Limits
 from pigbench.data.shard import FieldArray
 from pigbench.data.writer import Writer
@@ -180,7 +180,7 @@ def _spec(
         episodes_per_shard=counts,
         origin={
             **dataset.spec.origin,
-            "filtered by": filtered,
+            FILTERED_BY: filtered,
             "of the data": f"SHA-256 {dataset.digest}",
         },
     )

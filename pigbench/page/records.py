@@ -13,6 +13,8 @@ from pigbench.report.stats import Cell
 from pigbench.runs.run import Run, read_run
 from pigbench.suite import jobs, spec
 from pigbench.suite.jobs import Job
+from pigbench.suite.logs import log_path
+from pigbench.suite.spec import Environment, Suite
 from pigbench.support import files, typed
 from pigbench.support.compare import flatten, split
 from pigbench.support.grouping import grouped
@@ -101,11 +103,18 @@ def commands(folders: Sequence[Path]) -> list[Commands]:
     for folder in filter(is_suite, folders):
         suite = spec.read_kept(folder / spec.KEPT)
         every = [
-            *(job for one in suite.environments for job in jobs.preparation(suite, one, folder)),
+            *(job for one in suite.environments for job in _made_data(suite, one, folder)),
             *(jobs.training(suite, cell, folder) for cell in suite.cells()),
         ]
         made.append(Commands(f"The suite {folder}", [_line(job) for job in every]))
     return made
+
+
+def _made_data(suite: Suite, environment: Environment, out: Path) -> Iterator[Job]:
+    """The jobs that made an environment's data set: none if it was there before the suite."""
+    for job in jobs.preparation(suite, environment, out):
+        if environment.data is None or log_path(out, job.name).exists():
+            yield job
 
 
 def _line(job: Job) -> str:

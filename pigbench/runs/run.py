@@ -157,12 +157,11 @@ def open_run(
     """
     if (path / CONFIG_FILE).exists():
         run = read_run(path)
-        steps = max(run.config.steps, config.steps)
-        longer = Run(path, dataclasses.replace(run.config, steps=steps))
-        require_same(str(path), dataclasses.asdict(longer.config), dataclasses.asdict(config))
+        require_continues(run, config)
+        longer = Run(path, dataclasses.replace(run.config, steps=config.steps))
         if longer != run:
             history.record_extension(
-                run.provenance_path, provenance, from_steps=run.config.steps, steps=steps
+                run.provenance_path, provenance, from_steps=run.config.steps, steps=config.steps
             )
             _write_config(longer)
         return longer
@@ -173,6 +172,18 @@ def open_run(
     write_statistics(run.statistics_path, statistics)
     _write_config(run)  # last, because it makes the folder a run
     return run
+
+
+def require_continues(
+    run: Run, config: RunConfig, *, otherwise: str = "choose another folder"
+) -> None:
+    """Raise UserError unless `config` is that of the run, but for more steps.
+
+    The error says what to do `otherwise` than to ask for what the run has.
+    """
+    steps = max(run.config.steps, config.steps)
+    stored = dataclasses.asdict(dataclasses.replace(run.config, steps=steps))
+    require_same(str(run.path), stored, dataclasses.asdict(config), otherwise=otherwise)
 
 
 def _write_config(run: Run) -> None:

@@ -55,7 +55,7 @@ def describe(dataset: Dataset, *, license: str = card.LICENSE) -> str:
         },
         f"# {spec.environment}, {spec.policy}",
         "Rows of whole episodes for offline goal-conditioned reinforcement learning, "
-        + (_IMPORTED if spec.imported else _SIMULATED),
+        + (_IMPORTED if spec.is_imported else _SIMULATED),
         card.facts(
             {
                 "environment": spec.environment,

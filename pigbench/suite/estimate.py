@@ -8,6 +8,7 @@ from pigbench import envs
 from pigbench.agents import AgentConfig
 from pigbench.bench import simulation, training
 from pigbench.bench.timing import alternate
+from pigbench.suite.checks import Trainings
 from pigbench.suite.jobs import data_folder
 from pigbench.suite.spec import Environment, Suite, SuiteCell
 from pigbench.suite.status import DONE, Status, is_complete, status
@@ -23,10 +24,9 @@ class SuiteEstimate(NamedTuple):
     cells: Mapping[SuiteCell, float]
 
 
-def estimate(
-    suite: Suite, configs: Mapping[tuple[str, str], AgentConfig], out: Path
-) -> SuiteEstimate:
-    """Estimate the time for a suite's unfinished parts; `configs` are by method and variant."""
+def estimate(suite: Suite, trainings: Trainings, out: Path) -> SuiteEstimate:
+    """Estimate the time for the unfinished parts of a suite with these trainings."""
+    configs = {(cell.method, cell.variant): one.agent for cell, one in trainings.items()}
     todo = [(cell, steps) for cell, state, steps, _ in status(suite, out) if state != DONE]
     asked = {
         environment: {(c.method, c.variant) for c, _ in todo if c.environment == environment}

@@ -38,9 +38,12 @@ class Environment:
     data: Path | None = None  # folder of the data set; by default in the suite's own
 
 
-@dataclass(frozen=True)
-class Data:
-    """How missing data sets are generated."""
+class Data(pydantic.BaseModel, frozen=True):
+    """How missing data sets are generated.
+
+    It is a model, and no dataclass, to know which fields were given (`model_fields_set`): data
+    sets that the file names must not contradict these.
+    """
 
     policy: str = "play"
     physics: str = "exact"
@@ -141,7 +144,10 @@ def read(path: Path) -> Suite:
 
 def write(path: Path, suite: Suite) -> None:
     """Write the suite to a JSON file, to be read by `read_kept`."""
-    content = dataclasses.asdict(suite) | {"environments": _environments(suite)}
+    content = dataclasses.asdict(suite) | {
+        "environments": _environments(suite),
+        "data": suite.data.model_dump(exclude_unset=True),
+    }
     files.write_sealed(path, content)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from pigbench import plugins
 from pigbench.cluster import Cluster, RemoteProcess
 from pigbench.suite import jobs, runner
+from pigbench.suite.checks import Trainings, require_same_runs
 from pigbench.suite.jobs import Job
 from pigbench.suite.logs import last_said, log_path
 from pigbench.suite.spec import Suite
@@ -15,12 +16,16 @@ from pigbench.suite.status import DONE, Status, is_complete, status, untried, up
 from pigbench.support.progress import Progress
 
 
-def run(suite: Suite, out: Path, *, workers: int, cluster: Cluster) -> list[tuple[str, int]]:
+def run(
+    suite: Suite, out: Path, trainings: Trainings, *, workers: int, cluster: Cluster
+) -> list[tuple[str, int]]:
     """Do all stages in the folder `out`, with at most `workers` trainings at once.
 
-    Returns the names and exit statuses of the jobs that failed.
+    Returns the names and exit statuses of the jobs that failed. Raises UserError if cells were
+    trained on other data than have now been generated.
     """
     failed = _generate(suite, out, cluster)
+    require_same_runs(suite, out, trainings)
     without = {name for name, _ in failed}
     failed += _train(suite, out, workers, cluster, without=without)
     failed += _try_in_noise(suite, out, workers)

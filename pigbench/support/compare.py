@@ -45,14 +45,23 @@ def split(
     return {name: own[0] for name, own in values.items() if name not in differing}, differing
 
 
-def require_same(what: str, stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
-    """Raise UserError unless `stored`, the configuration of `what`, equals `wanted`."""
+def require_same(
+    what: str,
+    stored: Mapping[str, Any],
+    wanted: Mapping[str, Any],
+    *,
+    otherwise: str = "choose another folder",
+) -> None:
+    """Raise UserError unless `stored`, the configuration of `what`, equals `wanted`.
+
+    The error says what to do `otherwise` than to ask for what is there.
+    """
     difference = first_difference(stored, wanted)
     if difference is not None:
         name, old, new = difference
         raise UserError(
             f"{what} was made with another configuration: {name} is {old!r} there and {new!r} now; "
-            f"use {old!r} to continue it, or choose another folder"
+            f"use {old!r} to continue it, or {otherwise}"
         )
 
 

@@ -25,7 +25,7 @@ def read(kind: type[T], values: Any, what: str) -> T:
     except UserError as error:
         raise UserError(f"{what}: {error}") from None
     except pydantic.ValidationError as error:
-        first = min(error.errors(), key=lambda one: one["type"] != _UNKNOWN_FIELD)
+        first = min(error.errors(), key=lambda one: one["type"] not in _UNKNOWN_FIELD)
         where = ".".join(map(str, _place(values, first)))
         said = _SAID.get(first["type"], _as_it_is)(first)
         raise UserError(": ".join(filter(None, [what, where, said]))) from None
@@ -92,12 +92,15 @@ def _as_it_is(error: ErrorDetails) -> str:
     return f"{error['msg']}, not {reprlib.repr(error['input'])}"
 
 
-_UNKNOWN_FIELD = "unexpected_keyword_argument"
+_UNKNOWN_FIELD = ("unexpected_keyword_argument", "extra_forbidden")  # of dataclasses, of models
+_NO_FIELDS = ("dataclass_type", "model_type")
 
 _SAID: Mapping[str, Callable[[ErrorDetails], str]] = {
-    _UNKNOWN_FIELD: lambda error: "there is no such field",
+    **dict.fromkeys(_UNKNOWN_FIELD, lambda error: "there is no such field"),
     "missing": lambda error: "this field is missing",
-    "dataclass_type": lambda error: f"{reprlib.repr(error['input'])} is no set of fields",
+    **dict.fromkeys(
+        _NO_FIELDS, lambda error: f"{reprlib.repr(error['input'])} is no set of fields"
+    ),
     "union_tag_not_found": lambda error: "its field kind is missing",
     "union_tag_invalid": lambda error: (
         f"kind is {error['ctx']['tag']!r}: known are {error['ctx']['expected_tags']}"  # pyright: ignore[reportTypedDictNotRequiredAccess]

@@ -148,7 +148,13 @@ def _write_run(folder: Path, data_folder: Path, env: envs.CubeEnv) -> None:
     agent = agents.build(command.method, command.agent, env.space, statistics=statistics)
     state = agents.create(agent, jax.random.key(0))
     origin = provenance(dataset=data_folder, dataset_digest=data.digest)
-    run = open_run(folder, command.config(data, 0), origin, statistics)
+    config = command.config(
+        0,
+        environment=data.spec.environment,
+        physics=data.spec.physics,
+        dataset_digest=data.digest,
+    )
+    run = open_run(folder, config, origin, statistics)
     with Checkpoints(run.checkpoints_path) as checkpoints, MetricsLog(folder, step=0) as log:
         for step in (0, 1):
             checkpoints.save(state.replace(step=jax.numpy.int32(step)))

@@ -1,9 +1,12 @@
+import dataclasses
 import json
 import shlex
 
 from pigbench import cli
 from pigbench.page import records
 from pigbench.runs.run import read_run
+from pigbench.suite import jobs, spec
+from pigbench.suite.logs import log_path
 
 
 def tell(folder, provenance):
@@ -65,3 +68,16 @@ def test_commands_of_a_suite_make_its_cells(suite):
     assert {command.out for command in commands[1:]} == {
         suite / "cube-single" / method / seed for method in ("gcivl", "hjb-gcivl") for seed in "01"
     }
+
+
+def test_data_that_a_suite_found_are_not_said_to_be_generated(suite):
+    kept = spec.read_kept(suite / spec.KEPT)
+    (environment,) = kept.environments
+    named = dataclasses.replace(environment, data=suite / "elsewhere")
+    spec.write(suite / spec.KEPT, dataclasses.replace(kept, environments=(named,)))
+    _, made = records.commands([suite])
+    assert {line.split()[1] for line in made.lines} == {"train"}
+    log_path(suite, jobs.data_job(named)).parent.mkdir(parents=True)
+    log_path(suite, jobs.data_job(named)).touch()  # as the job that makes them does
+    _, made = records.commands([suite])
+    assert made.lines[0].startswith("pigbench generate cube-single --out")

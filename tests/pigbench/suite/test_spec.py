@@ -47,6 +47,8 @@ def test_variants_are_an_axis_and_add_to_the_overrides_of_all(suite, write):
         ("seeds = [0, 3]", "seeds = [0", "is not valid TOML"),
         ('"cube-double"', '"cube-single"', "environments names one twice"),
         ("validation_episodes = 2", "validation_episodes = -5", "validation_episodes: .*not -5"),
+        ('policy = "play"', "polcy = 'play'", "data.polcy: there is no such field"),
+        ("[data]", "[[data]]", "data: .* is no set of fields"),
         ('policy = "play"', "episode_transitions = 0", "data.episode_transitions: .*not 0"),
         ("transitions = 1_500", "transitions = 0", r"environments\.0\.transitions: .*not 0"),
         ("steps = 20_000", "steps = 0", r"environments\.0\.steps: .*not 0"),
@@ -65,6 +67,12 @@ def test_what_is_wrong_with_a_file_is_said(write, old, new, complaint):
 def test_a_kept_suite_is_the_same(suite, tmp_path):
     spec.write(tmp_path / "kept.json", suite)
     assert spec.read_kept(tmp_path / "kept.json") == suite
+
+
+def test_a_kept_suite_knows_which_fields_of_its_data_were_given(suite, tmp_path):
+    spec.write(tmp_path / "kept.json", suite)
+    given = spec.read_kept(tmp_path / "kept.json").data.model_fields_set
+    assert given == suite.data.model_fields_set == {"policy", "validation_episodes"}
 
 
 def test_an_invalid_kept_suite_is_said(tmp_path):

@@ -11,7 +11,7 @@ import pytest
 
 from pigbench import cli
 from pigbench.errors import UserError
-from pigbench.suite import spec
+from pigbench.suite import jobs, spec
 
 TINY = """
 preset = "cpu"
@@ -72,16 +72,16 @@ def test_data_of_other_simulations_are_refused_at_once(data, tmp_path, old, new,
     assert not out.exists()
 
 
-def test_noise_may_be_added_later(tmp_path):
-    """The next difference is what is refused."""
+def test_runs_on_other_data_than_the_generated_are_refused_before_training(tmp_path, make_run):
     file, out = tmp_path / "suite.toml", tmp_path / "out"
     file.write_text(TINY)
-    out.mkdir()
-    spec.write(out / spec.KEPT, spec.read(file))
-    text = TINY.replace("episodes = 1}", "episodes = 1, noise = [0, 5]}")
-    file.write_text(text.replace("batch_size = 8", "batch_size = 16"))
-    with pytest.raises(UserError, match=r"agent\.batch_size is 8 there and 16 now"):
+    training = cli.parse(jobs.training(suite := spec.read(file), suite.cells()[0], out).arguments)
+    config = training.config(0, environment="cube-single", physics="exact", dataset_digest="ab")
+    make_run(out / "cube-single/gcbc/0", {6: [[1]]}, **vars(config))
+    with pytest.raises(UserError, match=r"gcbc/0 was made .*dataset_digest is 'ab' there"):
         cli.run(["suite", str(file), "--out", str(out)])
+    assert (out / "data/cube-single").exists()
+    assert not (out / "cube-single/gcivl").exists()
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +167,7 @@ def test_a_suite_may_grow_but_not_change(out, file, tmp_path):
     other = tmp_path / "other.toml"
     for old, new, complaint in (
         ("every = 3", "every = 2", r"evaluation\.every is 3 there and 2 now"),
-        ("steps = 6", "steps = 5", r"trains 6 steps on cube-single, and not fewer"),
+        ("steps = 6", "steps = 5", r"gcbc/0 was made .*steps is 6 there and 5 now"),
     ):
         other.write_text(TINY.replace(old, new))
         with pytest.raises(UserError, match=complaint):

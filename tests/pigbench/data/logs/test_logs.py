@@ -136,7 +136,7 @@ def test_what_was_played_comes_back(played, tmp_path, write, form):
     cli.run([*IMPORT, str(source), "--out", str(out)])
     assert not dataset.verify(out)
     split = dataset.load(out).split("train")
-    assert split.spec.imported
+    assert split.spec.is_imported
     assert split.spec.layout == env.layout
     np.testing.assert_array_equal(split.episode_ends, [STEPS - 1, 2 * STEPS - 1])
     ours = split.concatenate("observations").reshape(EPISODES, STEPS, -1)

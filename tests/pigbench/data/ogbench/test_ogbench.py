@@ -164,7 +164,7 @@ def test_reads_compressed_files_in_double_precision(tmp_path, theirs):
     loaded = dataset.load(tmp_path / "data")
     assert [record.episodes for record in loaded.manifest.shards] == [50, 50, 20, 8]
     assert loaded.spec.environment == NAME
-    assert loaded.spec.imported
+    assert loaded.spec.is_imported
     for (split, field), array in content(tmp_path / "data").items():
         expected = theirs["F" if split == "train" else "F-val"][field]
         np.testing.assert_array_equal(array, expected.astype(shard.DTYPES[field]))
