@@ -15,6 +15,7 @@ import pytest
 
 from pigbench import agents, cli, plugins
 from pigbench.agents import registry
+from pigbench.commands import parity
 from pigbench.data import dataset
 
 ROOT = Path(__file__).parents[2]
@@ -101,6 +102,7 @@ def folder(drawing, short_episodes, tmp_path, monkeypatch) -> Iterator[Path]:
     own = {"huber-bc", "lipschitz-gcivl"}
     others = {name: agents.get(name) for name in agents.names() if name not in own}
     monkeypatch.setattr(registry, "_METHODS", others)
+    monkeypatch.setattr(parity, "_EPISODE_LENGTH", 200)
     for module in _plugins():  # of other tests, which a suite would load too
         monkeypatch.delitem(sys.modules, module)
     with short_episodes():
