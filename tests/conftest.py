@@ -4,8 +4,10 @@ import contextlib
 import dataclasses
 import functools
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, get_args
 
 import jaxtyping
@@ -53,6 +55,9 @@ if "PYTEST_XDIST_WORKER" not in os.environ:  # workers have the environment of t
     _cache = tempfile.TemporaryDirectory(prefix="pigbench-compiled-")  # removed when Python ends
     os.environ["JAX_COMPILATION_CACHE_DIR"] = _cache.name
     os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
+    _paths = [str(Path(__file__).with_name("python")), os.environ.get("PYTHONPATH")]
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, _paths))
+sys.modules.pop("warp", None)  # workers began as any process that tests start, but need Warp
 
 
 @pytest.fixture(scope="session")

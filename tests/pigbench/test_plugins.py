@@ -25,9 +25,10 @@ CHECKOUT_CODE = "import sys; from pigbench import cli; sys.argv[0] = 'pigbench';
 
 def pigbench(*arguments: str | Path, path: Path | None = None) -> subprocess.CompletedProcess[str]:
     """The command line in a process of its own, with a folder of installed packages."""
+    paths = [str(path), os.environ["PYTHONPATH"]] if path else [os.environ["PYTHONPATH"]]
     return subprocess.run(
         [sys.executable, "-c", CHECKOUT_CODE, *arguments],
-        env=os.environ | ({"PYTHONPATH": str(path)} if path else {}),
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
         capture_output=True,
         text=True,
     )
