@@ -127,7 +127,10 @@ class Agent(abc.ABC, Generic[Config]):
     def loss(
         self, params: Params, target_params: Params, batch: Batch, key: PRNGKeyArray
     ) -> LossAndMetrics:
-        """The scalar to minimise in `params`, and scalar metrics."""
+        """The scalar to minimise in `params`, and scalar metrics.
+
+        Unlike `act` and `state_value`, it is of a batch: some losses depend on it as a whole.
+        """
 
     def state_value(
         self,
