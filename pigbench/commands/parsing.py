@@ -18,9 +18,7 @@ import tyro
 from pigbench import plugins
 from pigbench.commands.registry import COMMANDS, named
 from pigbench.errors import UserError, lookup
-
-MAY_BE_EMPTY = "may be empty"
-"""Metadata of a command's field whose option, given without values, means none at all."""
+from pigbench.support.typed import MAY_BE_EMPTY
 
 
 def parse(arguments: Sequence[str]) -> Any:

@@ -42,8 +42,11 @@ class RunSuite:
 
     def run(self) -> None:
         """Do the work that is not done yet."""
+        from pigbench import devices
         from pigbench.suite import estimate
 
+        if self.cluster.ray is None:
+            devices.backend()  # raises before anything is made
         require(self, lambda x: x >= 1, "at least 1", "jobs")
         suite = spec.read(self.file)
         trainings = checks.checked_trainings(suite, self.out, parse)

@@ -14,7 +14,6 @@ from pigbench import agents, envs, names, opengl, trackers
 from pigbench.agents.config import AgentConfig, no_effect
 from pigbench.agents.presets import PRESETS
 from pigbench.agents.statistics import Statistics
-from pigbench.commands.parsing import MAY_BE_EMPTY
 from pigbench.data import dataset
 from pigbench.data.defaults import HomeChoice
 from pigbench.errors import UserError, lookup, require_left_out
@@ -71,7 +70,7 @@ class Train:
     keep: Keep = "last"
     """Checkpoints to keep: last (the last two), best (also that of the best evaluation), or all."""
     logger: tuple[str, ...] = dataclasses.field(
-        default=("tensorboard",), metadata={MAY_BE_EMPTY: True}
+        default=("tensorboard",), metadata={typed.MAY_BE_EMPTY: True}
     )
     """Loggers of metrics and success rates: tensorboard, wandb, trackio or your own."""
     films: bool = False

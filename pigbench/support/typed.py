@@ -4,6 +4,9 @@ import shlex
 import sys
 from pathlib import Path
 
+MAY_BE_EMPTY = "may be empty"
+"""Metadata of a command's field whose option, given without values, means none at all."""
+
 
 def command() -> str:
     """The command of this process: the program's name, without its folder, and its arguments."""

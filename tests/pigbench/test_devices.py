@@ -22,7 +22,7 @@ for command in sys.argv[1:]:
 COMPUTING = [
     "generate cube-single --out {}/x",
     "data import x.npz --environment cube-single --out {}/x",
-    "train gcivl --data x --out {}/x",
+    "train gcivl --data {data} --out {}/x",
     "evaluate {run}",
     "render cube-single --out {}/x.png",
     "parity --json {}/x",
@@ -35,11 +35,11 @@ COMPUTING = [
 READING = ["list envs", "list methods", "table {run}", "plot {run} --out {run}/x.png"]
 
 
-def test_computing_says_one_line_and_reading_goes_on(tmp_path, make_run):
+def test_computing_says_one_line_and_reading_goes_on(tmp_path, make_run, data):
     run = make_run(tmp_path / "run", {0: [[1]]}).path
     empty = tmp_path / "empty"
     empty.mkdir()
-    commands = [command.format(empty, run=run) for command in COMPUTING]
+    commands = [command.format(empty, run=run, data=data) for command in COMPUTING]
     commands += [command.format(run=run) for command in READING]
     done = subprocess.run(
         [sys.executable, "-P", "-c", TRY, *commands],
