@@ -55,6 +55,7 @@ class FlowHierarchyConfig(TargetConfig):
         "low.goals",
         "low.actor_goals",
     )
+
     value_goals: GoalMixture = HIERARCHY_VALUE_GOALS
     actor_goals: GoalMixture = HIERARCHY_ACTOR_GOALS
     subgoal_steps: int = 25  # K: how many steps ahead subgoals are

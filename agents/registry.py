@@ -23,7 +23,7 @@ from pigbench.agents.regularizers import EikonalRegularizer, HJBRegularizer
 from pigbench.agents.statistics import Statistics
 from pigbench.errors import UserError, lookup, lookup_own
 from pigbench.layout import Space
-from pigbench.names import check
+from pigbench.names import require_new
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,8 @@ def register(method: Method) -> None:
     Raises `UserError` if the name is taken or invalid, or if a part of the configuration is of a
     class that its field does not declare: it could not be read back from a run's folder.
     """
-    check("a method", method.name)
+    require_new("a method", method.name, _METHODS)
     _check_declared(method.config)
-    if method.name in _METHODS:
-        raise UserError(f"method {method.name!r} is already registered: choose another name")
     _METHODS[method.name] = method
     catalogue.add(method.name, method.summary)
 

@@ -6,11 +6,12 @@ list environments.
 
 from typing import TYPE_CHECKING, Any
 
+from pigbench import devices
 from pigbench.envs.reality import REAL, Reality
 from pigbench.envs.spec import EnvSpec
 from pigbench.envs.tasks import TASKS, Task
-from pigbench.errors import UserError, lookup_own
-from pigbench.names import check
+from pigbench.errors import lookup_own
+from pigbench.names import require_new
 
 if TYPE_CHECKING:
     from pigbench.envs.environment import CubeEnv, State
@@ -37,9 +38,7 @@ SPECS = {spec.name: spec for spec in _ALL}
 
 def register(spec: EnvSpec) -> None:
     """Register an environment under its name; `UserError` if the name is taken or invalid."""
-    check("an environment", spec.name)
-    if spec.name in SPECS:
-        raise UserError(f"environment {spec.name!r} is already registered: choose another name")
+    require_new("an environment", spec.name, SPECS)
     SPECS[spec.name] = spec
 
 
@@ -73,7 +72,6 @@ def make(
     imperfections of sensing and acting, by default the environment's own; `Reality()` has none.
     `reward` is a key of `rewards.REWARDS`, by default the benchmark's.
     """
-    from pigbench import devices
     from pigbench.envs import environment, physics
     from pigbench.envs.scene import build
 

@@ -1,14 +1,14 @@
-"""The device that JAX runs on. Every layer of the package may import this module."""
+"""The device that JAX runs on. Every layer of the package may import this module, without JAX."""
 
 import os
-
-import jax
 
 from pigbench.errors import UserError
 
 
 def backend() -> str:
     """JAX's name for it: cpu, gpu or tpu. Raises UserError if the requested one is missing."""
+    import jax
+
     try:
         return jax.default_backend()
     # JAX fails with an assertion if no installed package knows what JAX_PLATFORMS names.

@@ -3,6 +3,7 @@ figures.
 """
 
 import re
+from collections.abc import Container
 
 from pigbench.errors import UserError
 
@@ -18,3 +19,15 @@ def check(kind: str, name: str) -> str:
             "with single spaces or any of . _ = + , - between them"
         )
     return name
+
+
+def require_new(kind: str, name: str, table: Container[str]) -> None:
+    """Raise UserError unless the name of something new to the table is valid and not taken.
+
+    `kind` has its article, such as "a method".
+    """
+    check(kind, name)
+    if name in table:
+        raise UserError(
+            f"{kind.partition(' ')[2]} {name!r} is already registered: choose another name"
+        )

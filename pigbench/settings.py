@@ -4,6 +4,8 @@ import contextlib
 import os
 from collections.abc import Iterator
 
+from pigbench import devices
+
 _DEFAULTS = {
     "enable_x64": False,
     "threefry_partitionable": True,
@@ -35,8 +37,6 @@ def start_with_jax_defaults() -> None:
 def in_force() -> dict[str, str]:
     """What results may still depend on besides seeds and versions, ready for JSON."""
     import jax
-
-    from pigbench import devices
 
     settings = jax.config.values
     return {

@@ -8,8 +8,8 @@ from pigbench.envs.physics.mjx_jax import MjxJax
 from pigbench.envs.physics.mjx_warp import MjxWarp
 from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.scene import Scene
-from pigbench.errors import UserError, lookup_own
-from pigbench.names import check
+from pigbench.errors import lookup_own
+from pigbench.names import require_new
 
 ENGINES: dict[str, type[Physics]] = {
     engine.name: engine for engine in (MujocoPhysics, MjxWarp, MjxJax)
@@ -18,11 +18,7 @@ ENGINES: dict[str, type[Physics]] = {
 
 def register(engine: type[Physics]) -> None:
     """Register an engine under its `name`; `UserError` if the name is taken or invalid."""
-    check("a physics engine", engine.name)
-    if engine.name in ENGINES:
-        raise UserError(
-            f"physics engine {engine.name!r} is already registered: choose another name"
-        )
+    require_new("a physics engine", engine.name, ENGINES)
     ENGINES[engine.name] = engine
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from pigbench import envs
+from pigbench import devices, envs, settings
 from pigbench.cluster import Cluster
 from pigbench.data.defaults import EPISODE_ROWS
 from pigbench.data.manifest import Spec
@@ -83,7 +83,6 @@ class Generate:
 
     def run(self) -> None:
         """Generate the missing shards."""
-        from pigbench import settings
         from pigbench.data import collect
         from pigbench.envs.oracles import POLICIES
 
@@ -153,7 +152,6 @@ class Generate:
         return name
 
     def _episodes_per_shard(self, engine: str) -> int:
-        from pigbench import devices
         from pigbench.envs.physics.mujoco import MujocoPhysics
 
         if self.episodes_per_shard is not None:

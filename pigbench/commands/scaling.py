@@ -5,7 +5,7 @@ from pathlib import Path
 
 import tyro
 
-from pigbench import envs
+from pigbench import devices, envs
 from pigbench.bench.turns import Turns, save, take_turns
 from pigbench.errors import UserError, require
 from pigbench.report.formats import markdown_grid
@@ -77,7 +77,6 @@ class Memory:
 
     def run(self) -> None:
         """Compile and print a table."""
-        from pigbench import devices
         from pigbench.bench import footprint
 
         require(self, lambda x: x > 0, "more than 0", "card")

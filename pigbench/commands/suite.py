@@ -7,6 +7,7 @@ from typing import Annotated
 
 import tyro
 
+from pigbench import devices
 from pigbench.cluster import Cluster
 from pigbench.commands.parsing import parse
 from pigbench.errors import UserError, require
@@ -42,7 +43,6 @@ class RunSuite:
 
     def run(self) -> None:
         """Do the work that is not done yet."""
-        from pigbench import devices
         from pigbench.suite import estimate
 
         if self.cluster.ray is None:

@@ -4,6 +4,7 @@ import dataclasses
 import pkgutil
 from pathlib import Path
 
+from pigbench import devices
 from pigbench.errors import lookup, require
 from pigbench.provenance import surroundings
 from pigbench.seeds import Seed, check
@@ -40,7 +41,6 @@ class Toy:
 
     def run(self) -> None:
         """Fit, print the table and write the files."""
-        from pigbench import devices
         from pigbench.report import canvas
         from pigbench.toy import errors, figures
         from pigbench.toy.fit import LOSSES

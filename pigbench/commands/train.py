@@ -5,6 +5,7 @@ import contextlib
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
@@ -142,7 +143,14 @@ class Train:
         rows = homes.open_rows(split, home)
         statistics = Statistics.of(rows.observations)
         agent = agents.build(self.method, self.agent, env.space, statistics=statistics)
-        origin = provenance(dataset=self.data, dataset_digest=data.digest)
+        digest = data.digest
+        origin = provenance(dataset=self.data, dataset_digest=digest)
+        config = partial(
+            self.config,
+            environment=data.spec.environment,
+            physics=data.spec.physics,
+            dataset_digest=digest,
+        )
         sharding = Sharding.over_all(
             seeds=len(groups[0]),
             batch_size=self.agent.batch_size,
@@ -152,18 +160,9 @@ class Train:
             with contextlib.ExitStack() as stack:
                 for folder in group:
                     stack.enter_context(only_writer(folder))
-                configs = {
-                    folder: self.config(
-                        seed,
-                        environment=data.spec.environment,
-                        physics=data.spec.physics,
-                        dataset_digest=data.digest,
-                    )
-                    for folder, seed in group.items()
-                }
                 runs = [
-                    open_run(folder, config, origin, statistics)
-                    for folder, config in configs.items()
+                    open_run(folder, config(seed), origin, statistics)
+                    for folder, seed in group.items()
                 ]
                 _note_resumed(runs, origin)
                 train(

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from pigbench.errors import UserError
-from pigbench.names import check
+from pigbench.names import require_new
 
 if TYPE_CHECKING:
     from pigbench.evaluation.moment import Moment
@@ -70,9 +69,7 @@ BRIEF = "success", "held", "lifted"
 
 def register(measure: Measure) -> None:
     """Add a measure. Raises UserError if its name is taken or invalid."""
-    check("a measure", measure.name)
-    if measure.name in _MEASURES:
-        raise UserError(f"measure {measure.name!r} is already registered: choose another name")
+    require_new("a measure", measure.name, _MEASURES)
     _MEASURES[measure.name] = measure
 
 

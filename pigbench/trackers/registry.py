@@ -2,8 +2,8 @@
 
 import importlib
 
-from pigbench.errors import UserError, lookup_own
-from pigbench.names import check
+from pigbench.errors import lookup_own
+from pigbench.names import require_new
 from pigbench.trackers.tracker import Tracker
 
 _MODULES = {
@@ -18,9 +18,7 @@ _TRACKERS: dict[str, type[Tracker]] = {}
 
 def register(name: str, tracker: type[Tracker]) -> None:
     """Register a tracker as `name`. Raises UserError if the name is taken or invalid."""
-    check("a logger", name)
-    if name in _TRACKERS:
-        raise UserError(f"logger {name!r} is already registered: choose another name")
+    require_new("a logger", name, _TRACKERS)
     _TRACKERS[name] = tracker
 
 
