@@ -26,6 +26,7 @@ _LOCAL = "local"
 _RETRIES = 20
 _IN_FLIGHT = 2  # tasks submitted at a time, per task that can run
 _POLL_SECONDS, _PATIENCE_SECONDS = 0.5, 10.0
+_AUTHENTICATION = "RAY_AUTH_MODE"
 
 
 @dataclass(frozen=True)
@@ -68,16 +69,16 @@ class Cluster:
         """Tasks on the cluster while the block lasts. Raises UserError if no cluster answers."""
         ray = _ray()
         address = None if self.ray == _LOCAL else self.ray
+        _knock(address)
         try:
-            _knock(address)
             ray.init(
                 address=address,
                 include_dashboard=False if address is None else None,
                 log_to_driver=False,
                 logging_level="error",
             )
-        except (OSError, RuntimeError, ValueError) as error:
-            raise UserError(f"no Ray cluster answers at {self.ray}: {error}") from None
+        except (OSError, RuntimeError, ValueError, ray.exceptions.AuthenticationError) as error:
+            raise UserError(f"no Ray cluster answers at {self.ray}: {error}{_hint()}") from None
         try:
             yield Tasks(ray, self)
         finally:
@@ -201,12 +202,20 @@ def _most_on_one(nodes: Sequence[Mapping[str, Any]], cluster: Cluster) -> int:
 
 
 def _knock(address: str | None) -> None:
-    """Raise OSError if nothing listens there: Ray itself would retry for minutes."""
+    """Raise UserError if nothing listens there: Ray itself would retry for minutes."""
     host, colon, port = (address or "").rpartition(":")
     if colon and port.isdigit():
-        socket.create_connection(
-            (host.removeprefix("ray://"), int(port)), _PATIENCE_SECONDS
-        ).close()
+        place = host.removeprefix("ray://"), int(port)
+        try:
+            socket.create_connection(place, _PATIENCE_SECONDS).close()
+        except (OSError, UnicodeError) as error:
+            raise UserError(f"no Ray cluster answers at {address}: {error}") from None
+
+
+def _hint() -> str:
+    if _AUTHENTICATION in os.environ:
+        return ""
+    return f" (set {_AUTHENTICATION}=token if it asks for the token in ~/.ray/auth_token)"
 
 
 def _ray() -> Any:

@@ -1,8 +1,13 @@
 """Tasks on a Ray cluster of this machine alone, whose processes are killed."""
 
 import os
+import re
 import signal
+import socket
+import subprocess
+import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -91,9 +96,58 @@ def test_a_data_set_has_the_same_bytes(tmp_path, monkeypatch):
     assert dataset.verify(tmp_path / "there") == []
 
 
+@pytest.fixture
+def token(tmp_path) -> dict[str, str]:
+    """The environment of one who has a token."""
+    file = tmp_path / ".ray" / "auth_token"
+    file.parent.mkdir()
+    file.write_text(64 * "7")
+    return os.environ | {"RAY_AUTH_TOKEN_PATH": str(file)}
+
+
+@pytest.fixture
+def asking(token) -> Iterator[str]:
+    """The address of a cluster that asks for the token."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        host, port = server.getsockname()
+    command = f"start --head --node-ip-address={host} --port={port} --num-cpus=1 --block"
+    quiet = "--include-dashboard=false --disable-usage-stats"
+    ray = subprocess.Popen(
+        [Path(sys.executable).with_name("ray"), *command.split(), *quiet.split()],
+        env=token | {"RAY_AUTH_MODE": "token"},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert ray.stdout and any("Ray runtime started" in line for line in ray.stdout)
+    yield f"{host}:{port}"
+    ray.terminate()
+    ray.communicate()
+
+
+def test_a_cluster_that_asks_for_a_token(asking, token):
+    """It is presented only if one says so."""
+    token.pop("RAY_AUTH_MODE", None)
+    use = f"""
+from pigbench.cluster import Cluster
+with Cluster({asking!r}).connected() as tasks:
+    print(tasks.result(tasks.start(lambda: 6 * 7)))
+"""
+    for mode, out, said in (
+        ({}, "", f"no Ray cluster answers at {asking}: .*set RAY_AUTH_MODE=token if it asks"),
+        ({"RAY_AUTH_MODE": "token"}, "42\n", "^$"),
+    ):
+        done = subprocess.run(
+            [sys.executable, "-c", use], env=token | mode, capture_output=True, text=True
+        )
+        assert done.stdout == out
+        assert re.search(said, done.stderr), done.stderr
+
+
 def test_a_cluster_that_is_not_there_and_resources_that_cannot_be_are_refused():
     with pytest.raises(UserError, match=r"no Ray cluster answers at 127\.0\.0\.1:1"):
         Cluster("127.0.0.1:1").connected().__enter__()
+    with pytest.raises(UserError, match=r"no Ray cluster answers at a\.\.b:80: .*label"):
+        Cluster("a..b:80").connected().__enter__()
     with pytest.raises(UserError, match="cpus_per_task is -1"):
         Cluster("local", cpus_per_task=-1)
     with pytest.raises(UserError, match="gpus_per_task has no effect without ray: leave it out"):
