@@ -1,6 +1,9 @@
 """Angles in radians, quaternions (w, x, y, z) and rotation matrices."""
 
+from collections.abc import Sequence
+
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 
@@ -53,10 +56,11 @@ def nearest_symmetry(
     return yaw + step * jnp.round((reference - yaw) / step)
 
 
-def quat_rotation(quat: Float[Array, "4"]) -> Float[Array, "3 3"]:
-    """The rotation matrix of a quaternion of any nonzero length."""
-    w, x, y, z = quat / jnp.sqrt(jnp.sum(quat**2))
-    return jnp.array(
+def quat_rotation(quat: Sequence[float]) -> Float[np.ndarray, "3 3"]:
+    """The rotation matrix of a constant quaternion of any nonzero length."""
+    single = np.asarray(quat, np.float32)
+    w, x, y, z = single / np.sqrt(np.sum(single**2))
+    return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -65,10 +69,10 @@ def quat_rotation(quat: Float[Array, "4"]) -> Float[Array, "3 3"]:
     )
 
 
-def axis_rotation(axis: Float[Array, "3"], angle: Float[Array, ""]) -> Float[Array, "3 3"]:
-    """The rotation matrix by `angle` about a unit `axis`."""
+def axis_rotation(axis: Sequence[float], angle: Float[Array, ""]) -> Float[Array, "3 3"]:
+    """The rotation matrix by `angle` about a constant unit `axis`."""
     x, y, z = axis
-    across = jnp.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], np.float32)
     return jnp.eye(3) + jnp.sin(angle) * across + (1 - jnp.cos(angle)) * across @ across
 
 

@@ -64,13 +64,12 @@ def flange(
     pos, rotation = jnp.zeros(3), jnp.eye(3)
     axes, anchors = [], []
     for link in _CHAIN:
-        pos = pos + rotation @ jnp.array(link.pos, jnp.float32)
-        rotation = rotation @ quat_rotation(jnp.array(link.quat, jnp.float32))
+        pos = pos + rotation @ np.array(link.pos, np.float32)
+        rotation = rotation @ quat_rotation(link.quat)
         if link.joint:
-            axis = jnp.array(link.joint.axis)
-            axes.append(rotation @ axis)
+            axes.append(rotation @ np.array(link.joint.axis, np.float32))
             anchors.append(pos)
-            rotation = rotation @ axis_rotation(axis, joints[len(axes) - 1])
+            rotation = rotation @ axis_rotation(link.joint.axis, joints[len(axes) - 1])
     tip = pos + rotation @ jnp.array([0.0, robot.FLANGE_OFFSET, 0.0])
     return tip, rotation, jnp.stack(axes), jnp.stack(anchors)
 
@@ -79,7 +78,7 @@ def pinch(joints: Float[Array, "joint"]) -> tuple[Float[Array, "3"], Float[Array
     """The pinch point, in metres, and its yaw, in radians, for joint angles."""
     tip, rotation, *_ = flange(joints)
     to_pinch = robot.GRIPPER_MOUNT + robot.GRIPPER_BASE + robot.PINCH_HEIGHT
-    mount, base = (quat_rotation(jnp.array(link.quat, jnp.float32)) for link in robot.ARM[-2:])
+    mount, base = (quat_rotation(link.quat) for link in robot.ARM[-2:])
     turned = rotation @ mount @ base
     pos = tip + rotation @ jnp.array([0.0, to_pinch, 0.0])
     return pos, jnp.arctan2(turned[1, 0], turned[0, 0])
