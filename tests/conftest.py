@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import functools
+import gc
 import os
 import sys
 import tempfile
@@ -57,6 +58,7 @@ if "PYTEST_XDIST_WORKER" not in os.environ:  # workers have the environment of t
     os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
     _paths = [str(Path(__file__).with_name("python")), os.environ.get("PYTHONPATH")]
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, _paths))
+gc.set_threshold(100_000)  # compiled programs stay, and would be gone through again and again
 sys.modules.pop("warp", None)  # workers began as any process that tests start, but need Warp
 
 
