@@ -68,12 +68,11 @@ class Cluster:
     def connected(self) -> Iterator["Tasks"]:
         """Tasks on the cluster while the block lasts. Raises UserError if no cluster answers."""
         ray = _ray()
-        address = None if self.ray == _LOCAL else self.ray
-        _knock(address)
+        _knock(self.ray)
         try:
             ray.init(
-                address=address,
-                include_dashboard=False if address is None else None,
+                address=self.ray,
+                include_dashboard=False if self.ray == _LOCAL else None,
                 log_to_driver=False,
                 logging_level="error",
             )

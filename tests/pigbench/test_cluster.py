@@ -96,16 +96,16 @@ def test_a_data_set_has_the_same_bytes(tmp_path, monkeypatch):
     assert dataset.verify(tmp_path / "there") == []
 
 
-@pytest.fixture
-def token(tmp_path) -> dict[str, str]:
+@pytest.fixture(scope="module")
+def token(tmp_path_factory) -> dict[str, str]:
     """The environment of one who has a token."""
-    file = tmp_path / ".ray" / "auth_token"
-    file.parent.mkdir()
+    file = tmp_path_factory.mktemp("ray") / "auth_token"
     file.write_text(64 * "7")
-    return os.environ | {"RAY_AUTH_TOKEN_PATH": str(file)}
+    others = {name: value for name, value in os.environ.items() if name != "RAY_AUTH_MODE"}
+    return others | {"RAY_AUTH_TOKEN_PATH": str(file)}
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def asking(token) -> Iterator[str]:
     """The address of a cluster that asks for the token."""
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -124,23 +124,36 @@ def asking(token) -> Iterator[str]:
     ray.communicate()
 
 
-def test_a_cluster_that_asks_for_a_token(asking, token):
-    """It is presented only if one says so."""
-    token.pop("RAY_AUTH_MODE", None)
-    use = f"""
+def used(cluster: str, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Prints the address of the cluster that a task runs on."""
+    script = f"""
 from pigbench.cluster import Cluster
-with Cluster({asking!r}).connected() as tasks:
-    print(tasks.result(tasks.start(lambda: 6 * 7)))
+with Cluster({cluster!r}).connected() as tasks:
+    import ray
+    print(tasks.result(tasks.start(lambda: ray.get_runtime_context().gcs_address)))
 """
-    for mode, out, said in (
-        ({}, "", f"no Ray cluster answers at {asking}: .*set RAY_AUTH_MODE=token if it asks"),
-        ({"RAY_AUTH_MODE": "token"}, "42\n", "^$"),
-    ):
-        done = subprocess.run(
-            [sys.executable, "-c", use], env=token | mode, capture_output=True, text=True
-        )
-        assert done.stdout == out
-        assert re.search(said, done.stderr), done.stderr
+    command = [sys.executable, "-c", script]
+    return subprocess.run(command, env=environment, capture_output=True, text=True)
+
+
+def port(address: str) -> int:
+    """Hosts have several names."""
+    return int(address.rpartition(":")[2])
+
+
+def test_a_token_is_presented_if_one_says_so(asking, token):
+    done = used(asking, token | {"RAY_AUTH_MODE": "token"})
+    assert port(done.stdout) == port(asking), done.stderr
+    refused = used(asking, token)
+    assert not refused.stdout
+    said = f"no Ray cluster answers at {asking}: .*set RAY_AUTH_MODE=token if it asks"
+    assert re.search(said, refused.stderr)
+
+
+def test_a_local_cluster_is_none_that_runs_already(asking, token):
+    done = used("local", token | {"RAY_ADDRESS": asking})
+    assert done.stdout, done.stderr
+    assert port(done.stdout) != port(asking)
 
 
 def test_a_cluster_that_is_not_there_and_resources_that_cannot_be_are_refused():
