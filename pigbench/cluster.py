@@ -22,7 +22,7 @@ from pigbench.support.memory import SHARERS
 
 Result = TypeVar("Result")
 
-_LOCAL = "local"
+_LOCAL = "local"  # Ray's own word; without an address, it would join a cluster that runs already
 _RETRIES = 20
 _IN_FLIGHT = 2  # tasks submitted at a time, per task that can run
 _POLL_SECONDS, _PATIENCE_SECONDS = 0.5, 10.0
