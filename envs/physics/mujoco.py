@@ -1,9 +1,10 @@
-"""MuJoCo in C on all cores, behind a host callback."""
+"""MuJoCo in C on all cores, called by compiled programs."""
 
 # mujoco's compiled modules have no types.
 # pyright: reportAttributeAccessIssue=false
 
 import copy
+import hashlib
 import threading
 from dataclasses import replace
 from functools import partial
@@ -12,12 +13,15 @@ import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int, Shaped
+from jaxtyping import Array, Bool, Float, Int
 from mujoco.batch import Batch, SimulationError
 
 from pigbench.envs.physics.base import Factors, Physics, PhysicsState
 from pigbench.envs.scene import SUBSTEPS, Scene
 from pigbench.support import cores
+from pigbench.support.host_calls import host_call
+
+_classes: dict[str, list[type]] = {}
 
 
 class MujocoPhysics(Physics):
@@ -51,14 +55,21 @@ class MujocoPhysics(Physics):
         ctrl: Float[Array, "nu"],
         active: Bool[Array, ""],
     ) -> PhysicsState:
-        return jax.pure_callback(
+        return host_call(
+            f"{substeps} {self._identity()}",
             partial(self._run, substeps),
             jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), state),
             state,
             ctrl,
             active,
-            vmap_method="broadcast_all",
         )
+
+    def _identity(self) -> str:
+        """What the engine computes: engines whose class, model and threads are equal are one."""
+        model = np.empty(mujoco.mj_sizeModel(self._model), np.uint8)
+        mujoco.mj_saveModel(self._model, None, model)
+        digest = hashlib.sha256(model.tobytes()).hexdigest()
+        return f"{_class_name(type(self))} {self._threads} {digest}"
 
     def _run(
         self,
@@ -67,7 +78,7 @@ class MujocoPhysics(Physics):
         ctrl: Float[Array | np.ndarray, "*batch nu"],
         active: Bool[Array | np.ndarray, "*batch"],
     ) -> PhysicsState:
-        """The callback on the host, in NumPy; leading dimensions are simulations of one batch."""
+        """What programs call, in NumPy; leading dimensions are simulations of one batch."""
         # Fetched before the lock is taken, because it must not be held while waiting for JAX.
         inputs = jax.tree.map(np.asarray, (state, ctrl, active))
         with self._lock:
@@ -83,15 +94,11 @@ class MujocoPhysics(Physics):
         batch = self._batch(active.size, varied=state.factors is not None)
         if state.factors is not None:
             _vary(batch, self.scene, state.factors)
-
-        def rows(x: Shaped[Array | np.ndarray, "..."]) -> Shaped[np.ndarray, "simulation n"]:
-            return np.reshape(x, (batch.nsim, -1))
-
-        batch.qpos[:] = rows(state.qpos)
-        batch.qvel[:] = rows(state.qvel)
-        batch.qacc_warmstart[:] = rows(state.warmstart)
-        batch.ctrl[:] = rows(ctrl)
-        ids = np.flatnonzero(rows(active)[:, 0])
+        batch.qpos[:] = state.qpos.reshape(batch.qpos.shape)
+        batch.qvel[:] = state.qvel.reshape(batch.qvel.shape)
+        batch.qacc_warmstart[:] = state.warmstart.reshape(batch.qvel.shape)
+        batch.ctrl[:] = ctrl.reshape(batch.ctrl.shape)
+        ids = np.flatnonzero(active)
         failed = np.zeros(0, int)
         try:
             if substeps:
@@ -110,6 +117,15 @@ class MujocoPhysics(Physics):
                 batch.bind(field)
             self._batches[nsim, varied] = batch
         return self._batches[nsim, varied]
+
+
+def _class_name(engine: type[MujocoPhysics]) -> str:
+    """A name of the class, another one if a notebook has defined it again."""
+    name = f"{engine.__module__}.{engine.__qualname__}"
+    versions = _classes.setdefault(name, [])
+    if engine not in versions:
+        versions.append(engine)
+    return f"{name} {versions.index(engine)}"
 
 
 def _after(batch: Batch, before: PhysicsState, failed: Int[np.ndarray, "failed"]) -> PhysicsState:

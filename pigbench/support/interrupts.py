@@ -1,7 +1,7 @@
 """Ctrl-C and SIGTERM: what a command was writing is undone, and its process ends at once.
 
 Python's normal exit is avoided: a program that XLA runs may call into the interpreter at any moment
-(MuJoCo runs in a host callback), which is a segmentation fault while the interpreter shuts down.
+(MuJoCo runs in a host call), which is a segmentation fault while the interpreter shuts down.
 """
 
 import contextlib
@@ -14,7 +14,8 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import NoReturn
 
-_CALLBACKS = "jax._src.callback"
+_CALLERS = "pigbench.support.host_calls", "jax._src.callback"
+"""The modules through which a compiled program calls into Python."""
 
 SIGNALS = signal.SIGINT, signal.SIGTERM
 
@@ -37,7 +38,7 @@ def leaving_at_once(farewell: Callable[[], str]) -> Iterator[None]:
     heard = threading.Event()
 
     def hear(number: int, frame: FrameType | None) -> None:
-        if _is_in_callback(frame):  # XLA would turn an exception into an error of its own
+        if _is_in_host_call(frame):  # XLA would turn an exception into an error of its own
             _leave(number, farewell)
         received.append(number)
         heard.set()
@@ -80,10 +81,10 @@ def _told_of_signals(tell: Callable[[int], object]) -> Iterator[None]:
         os.close(writer)
 
 
-def _is_in_callback(frame: FrameType | None) -> bool:
+def _is_in_host_call(frame: FrameType | None) -> bool:
     """Whether this code was called by a compiled program."""
     stack = () if frame is None else traceback.walk_stack(frame)
-    return any(one.f_globals.get("__name__") == _CALLBACKS for one, _ in stack)
+    return any(one.f_globals.get("__name__") in _CALLERS for one, _ in stack)
 
 
 def _leave(number: int, farewell: Callable[[], str]) -> NoReturn:

@@ -18,16 +18,22 @@ import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)  # also where tests ignore it, as by "&"
 import time, jax, jax.numpy as jnp
 from pigbench.support import interrupts
+from pigbench.support.host_calls import host_call
 def simulate(x):
     print("simulating", flush=True)
     sum(range(100_000))
     return x
 def program(x):
-    step = lambda x: jax.pure_callback(simulate, x, x)
+    step = lambda x: CALL
     return jax.lax.while_loop(lambda x: x < 1, step, x)
 with interrupts.leaving_at_once(lambda: "interrupted"):
     jax.block_until_ready(jax.jit(program)(0.0))
 """
+
+ROLLOUTS = {
+    "host call": ROLLOUT.replace("CALL", "host_call('simulate', simulate, x, x)"),
+    "callback": ROLLOUT.replace("CALL", "jax.pure_callback(simulate, x, x)"),
+}
 
 # The main thread hears nothing while it is in C.
 DEAF = """
@@ -86,7 +92,7 @@ def start(code: str, *arguments: Path) -> "subprocess.Popen[str]":
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("code", [ROLLOUT, DEAF], ids=["rollout", "deaf"])
+@pytest.mark.parametrize("code", [*ROLLOUTS.values(), DEAF], ids=[*ROLLOUTS, "deaf"])
 def test_a_process_ends_with_one_line_and_the_signals_status(code, number):
     process = start(code)
     assert process.stdout is not None
