@@ -5,6 +5,7 @@
 
 import copy
 import hashlib
+import itertools
 import threading
 from dataclasses import replace
 from functools import partial
@@ -21,7 +22,7 @@ from pigbench.envs.scene import SUBSTEPS, Scene
 from pigbench.support import cores
 from pigbench.support.host_calls import host_call
 
-_classes: dict[str, list[type]] = {}
+_numbers = itertools.count(1)
 
 
 class MujocoPhysics(Physics):
@@ -36,6 +37,8 @@ class MujocoPhysics(Physics):
         # Divergence must be detected; MuJoCo would reset the simulation by itself.
         self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self._threads = threads or cores.available()
+        # Engines on equal models are one; those of other classes may have a state of their own.
+        self._number = 0 if type(self) is MujocoPhysics else next(_numbers)
         self._batches: dict[tuple[int, bool], Batch] = {}
         self._lock = threading.Lock()  # only one of the caller's threads may use a batch at a time
 
@@ -65,11 +68,11 @@ class MujocoPhysics(Physics):
         )
 
     def _identity(self) -> str:
-        """What the engine computes: engines whose class, model and threads are equal are one."""
+        """What the engine computes: the model, and which class's engine it is."""
         model = np.empty(mujoco.mj_sizeModel(self._model), np.uint8)
         mujoco.mj_saveModel(self._model, None, model)
         digest = hashlib.sha256(model.tobytes()).hexdigest()
-        return f"{_class_name(type(self))} {self._threads} {digest}"
+        return f"{type(self).__qualname__} {self._number} {self._threads} {digest}"
 
     def _run(
         self,
@@ -117,15 +120,6 @@ class MujocoPhysics(Physics):
                 batch.bind(field)
             self._batches[nsim, varied] = batch
         return self._batches[nsim, varied]
-
-
-def _class_name(engine: type[MujocoPhysics]) -> str:
-    """A name of the class, another one if a notebook has defined it again."""
-    name = f"{engine.__module__}.{engine.__qualname__}"
-    versions = _classes.setdefault(name, [])
-    if engine not in versions:
-        versions.append(engine)
-    return f"{name} {versions.index(engine)}"
 
 
 def _after(batch: Batch, before: PhysicsState, failed: Int[np.ndarray, "failed"]) -> PhysicsState:

@@ -164,17 +164,23 @@ class BenchRows:
 
 @dataclasses.dataclass(frozen=True)
 class Startup:
-    """Measure the processor seconds that commands take to start, each in its own process."""
+    """Measure the processor seconds that commands take to start, each in its own process.
 
-    turns: int = 5
+    Commands that work do little of it, first with nothing compiled, then with what JAX has kept.
+    """
+
+    turns: int = 3
     """Turns per command; medians are over turns."""
     json: Path | None = None
     """File for the result as JSON, with the machine and versions."""
 
     def run(self) -> None:
-        """Measure and print a table."""
+        """Measure and print two tables."""
         require(self, lambda x: x >= 1, "at least 1", "turns")
         files.require_files(self.json)
-        taken = startup.measure(self.turns)
-        print(markdown_grid(startup.table(taken)))
-        provenance.save(self.json, seconds=taken)
+        looks = startup.measure(self.turns)
+        print(markdown_grid(startup.table({"processor seconds": looks})), flush=True)
+        work = startup.measure_work(self.turns)
+        print()
+        print(markdown_grid(startup.table(work)))
+        provenance.save(self.json, seconds=looks, work=work)

@@ -12,7 +12,7 @@ The structures are those of xla/ffi/api/c_api.h, which jaxlib has in its folder 
 import ctypes
 import math
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
@@ -23,22 +23,23 @@ from pigbench import devices
 _TARGET = "pigbench_host_call"
 _VERSION = (0, 3)  # of the interface; XLA refuses to start if it does not support it
 _METADATA = 1  # the kind of an extension of a frame in which XLA asks for the version
-_INTERNAL = 13  # the code of an error that is nobody's fault but the function's
+_INTERNAL = 13  # the code of an error that is not the user's
 _DTYPES = {1: np.dtype(bool), 4: np.dtype(np.int32), 11: np.dtype(np.float32)}
 
-_functions: dict[str, Callable[..., list[Any]]] = {}
+_functions: dict[str, Callable[..., list[Any]]] = {}  # programs in the cache know only the names
 
 
 def host_call(name: str, function: Callable[..., Any], results: Any, *args: Any) -> Any:
     """`function(*args)`, run on the host in NumPy whenever a program gets there.
 
     Args:
-        name: what the function computes. Functions of one name are taken for one another, in
-            this process and in programs that JAX keeps for others.
+        name: what the function computes. The first function of a name stays, and is taken for any
+            other of that name.
         function: takes and returns trees of arrays; under vmap, all have the batch's dimensions in
-            front. It must be pure. An exception becomes JAX's `JaxRuntimeError`.
-        results: the shapes and dtypes (bool, int32 or float32) of what it returns.
-        args: trees of arrays of the same dtypes.
+            front. It must be pure, and its arguments are XLA's own memory, which is gone when
+            it returns. An exception becomes JAX's `JaxRuntimeError`.
+        results: the shapes and dtypes of what it returns.
+        args: trees of arrays.
     """
     leaves, structure = jax.tree.flatten(args)
     shapes, result_structure = jax.tree.flatten(results)
@@ -46,14 +47,21 @@ def host_call(name: str, function: Callable[..., Any], results: Any, *args: Any)
     def flat(*arrays: Any) -> list[Any]:
         return jax.tree.leaves(function(*jax.tree.unflatten(structure, arrays)))
 
-    if devices.backend() == "cpu":
+    if _can_call([*leaves, *shapes]):
         name = f"{name} of {structure}"
         _functions.setdefault(name, flat)
+        # With a side effect, JAX waits for programs that run when Python ends.
         call = jax.ffi.ffi_call(_TARGET, shapes, vmap_method="broadcast_all", has_side_effect=True)
         found = call(*leaves, function=name)
     else:
         found = jax.pure_callback(flat, shapes, *leaves, vmap_method="broadcast_all")
     return jax.tree.unflatten(result_structure, found)
+
+
+def _can_call(arrays: Sequence[Any]) -> bool:
+    """Whether the interface can be used: with several devices, XLA could not divide the call."""
+    alone = devices.backend() == "cpu" and jax.device_count() == 1
+    return alone and all(jax.dtypes.result_type(x) in _DTYPES.values() for x in arrays)
 
 
 def _structure(name: str, *fields: tuple[str, Any], headed: bool = True) -> type[ctypes.Structure]:
@@ -110,26 +118,58 @@ _Extension = _structure(
 )
 
 
-@ctypes.CFUNCTYPE(ctypes.c_void_p, _pointer(_Frame))
-def _handle(pointer: Any) -> int | None:
-    """What XLA calls, with the name of a function, its arguments, and room for its results."""
-    frame = pointer.contents
-    if frame.extension:
-        extension = _Extension.from_address(frame.extension)
-        if extension.kind == _METADATA:
-            version = extension.metadata.contents.version
-            version.major, version.minor = _VERSION
-            return None
+_Handler = ctypes.CFUNCTYPE(ctypes.c_void_p, _pointer(_Frame))
+
+_outcomes: dict[int, int | None] = {}  # by frame: None, or the address of an error
+
+
+@ctypes.CFUNCTYPE(None, _pointer(_Frame))
+def _work(pointer: Any) -> None:
+    """Call the function that the frame names, with its arguments, and fill in the results.
+
+    A signal that came while XLA was running on Python's main thread is raised here before the first
+    line, and the frame then has no outcome.
+    """
+    frame, address = pointer.contents, ctypes.addressof(pointer.contents)
     try:
-        name = frame.attributes.values[0].contents
-        function = _functions[ctypes.string_at(name.data, name.length).decode()]
-        found = function(*_arrays(frame.arguments))
-        for room, array in zip(_arrays(frame.results), found, strict=True):
-            room[...] = array
+        if not _introduced(frame):
+            name = frame.attributes.values[0].contents
+            function = _functions[ctypes.string_at(name.data, name.length).decode()]
+            arguments, rooms = _arrays(frame.arguments), _arrays(frame.results)
+            for argument in arguments:
+                argument.flags.writeable = False
+            for room, result in zip(rooms, function(*arguments), strict=True):
+                _fill(room, result)
+        _outcomes[address] = None
     except BaseException:
-        error = _Error(ctypes.sizeof(_Error), None, traceback.format_exc().encode(), _INTERNAL)
-        return frame.api.contents.create_error(error)
-    return None
+        _outcomes[address] = _error(frame, traceback.format_exc())
+
+
+def _outcome(_: None, __: Any, arguments: tuple[Any]) -> int | None:
+    """What the handler returns to XLA for the frame."""
+    frame = arguments[0].contents
+    address = ctypes.addressof(frame)
+    if address in _outcomes:
+        return _outcomes.pop(address)
+    return _error(frame, "interrupted by a signal")
+
+
+def _introduced(frame: Any) -> bool:
+    """Whether XLA asks only for the version of the interface, which is then told."""
+    if not frame.extension:
+        return False
+    extension = _Extension.from_address(frame.extension)
+    if extension.kind != _METADATA:
+        return False
+    version = extension.metadata.contents.version
+    version.major, version.minor = _VERSION
+    return True
+
+
+def _error(frame: Any, message: str) -> int:
+    """The address of a new error."""
+    text = message.encode(errors="backslashreplace")
+    return frame.api.contents.create_error(_Error(ctypes.sizeof(_Error), None, text, _INTERNAL))
 
 
 def _arrays(buffers: Any) -> list[np.ndarray]:
@@ -143,4 +183,15 @@ def _array(buffer: Any) -> np.ndarray:
     return np.ndarray(shape, dtype, memory)
 
 
+def _fill(room: np.ndarray, result: Any) -> None:
+    if np.shape(result) != room.shape:
+        raise ValueError(f"a result has the shape {np.shape(result)} instead of {room.shape}")
+    np.copyto(room, result, casting="same_kind")
+
+
+# An exception that leaves a function of ctypes makes it return an address at random. A signal that
+# is due is raised by the first line of Python, which is that of `_work`, which returns nothing.
+_guarded = ctypes.PYFUNCTYPE(None, _pointer(_Frame))(ctypes.cast(_work, ctypes.c_void_p).value)
+_guarded.errcheck = _outcome
+_handle = _Handler(_guarded)
 jax.ffi.register_ffi_target(_TARGET, jax.ffi.pycapsule(_handle), platform="cpu")

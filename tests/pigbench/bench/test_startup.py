@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from pigbench.bench import startup
+from pigbench.commands.parsing import parse
 from pigbench.commands.registry import COMMANDS
 from pigbench.errors import UserError
 from pigbench.suite import spec
@@ -84,6 +85,27 @@ def test_help_imports_nothing_heavy(name, helps):
     text, heavy = helps[name]
     assert text.startswith(f"usage: pigbench {name} ")
     assert not heavy
+
+
+def test_work_is_measured_with_an_empty_cache_and_again(monkeypatch):
+    """Each turn has a cache of its own, and each round a folder for what the commands write."""
+    calls = []
+
+    def seconds(arguments, *, folder, environment):
+        parse(arguments)  # raises UserError unless there is such a command with such options
+        calls.append((environment["JAX_COMPILATION_CACHE_DIR"], folder, arguments[0]))
+        assert not list(folder.iterdir())
+        return float(len(calls))
+
+    monkeypatch.setattr(startup, "seconds", seconds)
+    taken = startup.measure_work(2)
+    names = [name for *_, name in calls]
+    assert names == ["generate", "train", "evaluate"] * 4
+    assert len({cache for cache, *_ in calls}) == 2
+    assert len({folder for _, folder, _ in calls}) == 4
+    header, generate, *_ = startup.table(taken)
+    assert header == ("pigbench", "empty cache", "filled cache")
+    assert generate[1:] == ("4.00", "7.00")  # medians of 1 and 7, of 4 and 10
 
 
 def test_a_commands_processor_time_is_measured():

@@ -1,5 +1,6 @@
 """Calls into Python, against what NumPy and `jax.pure_callback` make of the same function."""
 
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -73,18 +74,48 @@ def test_scalars_and_empty_arrays():
     assert found[1].shape == (0, 3)
 
 
+SHAPE = jax.ShapeDtypeStruct((3,), jnp.float32)
+
+
+def fails(function, results=SHAPE, x=None):
+    """The message of the error with which a call fails."""
+    x = jnp.ones(3) if x is None else x
+    name = f"{function.__qualname__} {function.__code__.co_firstlineno}"
+    with pytest.raises(jax.errors.JaxRuntimeError) as caught:
+        jax.block_until_ready(jax.jit(lambda x: host_call(name, function, results, x))(x))
+    return str(caught.value)
+
+
 def test_an_exception_is_jaxs_and_says_what_it_was():
     def fail(x):
-        raise ValueError("no such luck")
+        raise ValueError("no such luck in \udcff")  # as in a name of a file that is not text
 
-    with pytest.raises(jax.errors.JaxRuntimeError, match=r"in fail(.|\n)*no such luck"):
-        jax.block_until_ready(jax.jit(lambda x: host_call("fail", fail, x, x))(jnp.ones(3)))
+    assert re.search(r"in fail(.|\n)*no such luck in \\udcff", fails(fail))
 
 
-def test_too_few_results_are_an_error():
+def test_results_that_do_not_fit_are_errors():
+    whole = jax.ShapeDtypeStruct((3,), jnp.int32)
+    assert "shorter" in fails(lambda x: (x,), results=(SHAPE, SHAPE))
+    assert "shape (1, 3) instead of (3,)" in fails(lambda x: x[None])
+    assert "Cannot cast" in fails(lambda x: x + 0.5, results=whole)
+
+
+def test_arguments_cannot_be_written_to():
+    def spoil(x):
+        x[:] = 7
+        return x
+
     x = jnp.ones(3)
-    with pytest.raises(jax.errors.JaxRuntimeError, match="shorter"):
-        jax.block_until_ready(host_call("one", lambda x: (x,), (x, x), x))
+    assert "read-only" in fails(spoil, x=x)
+    np.testing.assert_array_equal(x, 1)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.float16])
+def test_other_dtypes(dtype):
+    x = jnp.arange(3, dtype=dtype)
+    found = jax.jit(lambda x: host_call(f"next {dtype}", lambda x: x + dtype(1), x, x))(x)
+    assert found.dtype == dtype
+    np.testing.assert_array_equal(found, [1, 2, 3])
 
 
 def test_in_loops_and_from_several_threads():
@@ -122,6 +153,38 @@ jax.jit(lambda x: jax.lax.fori_loop(0, 100, lambda _, x: host_call("wait", wait,
 print("left")
 """
 
+# A signal that comes while XLA runs on the main thread is raised before the call's first line.
+SIGNALS = """
+import signal, time, jax, jax.numpy as jnp
+from pigbench.support.host_calls import host_call
+def hear(_, frame):
+    if frame.f_code.co_name == "_work":
+        raise KeyboardInterrupt
+call = jax.jit(lambda x: host_call("same", lambda x: x, x, x))
+x = jnp.ones(3)
+call(x).block_until_ready()
+signal.signal(signal.SIGALRM, hear)
+signal.setitimer(signal.ITIMER_REAL, 0.0003, 0.0007)
+errors, end = 0, time.monotonic() + 2
+while time.monotonic() < end:
+    try:
+        call(x).block_until_ready()
+    except jax.errors.JaxRuntimeError:
+        errors += 1
+signal.setitimer(signal.ITIMER_REAL, 0)
+print("survived" if errors else "no signal came")
+"""
+
+DEVICES = """
+import jax, jax.numpy as jnp
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
+from pigbench.support.host_calls import host_call
+jax.config.update("jax_num_cpu_devices", 2)
+mesh = Mesh(jax.devices(), ("batch",))
+x = jax.device_put(jnp.arange(4.0), NamedSharding(mesh, PartitionSpec("batch")))
+print(jax.jit(jax.vmap(lambda x: host_call("double", lambda x: 2 * x, x, x)))(x))
+"""
+
 
 def run(code: str, *arguments: object) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(
@@ -142,3 +205,13 @@ def test_a_compiled_program_serves_the_next_process(tmp_path):
 def test_python_ends_while_a_program_calls():
     done = run(LEAVING)
     assert (done.returncode, done.stdout, done.stderr) == (0, "left\n", "")
+
+
+def test_signals_are_errors():
+    done = run(SIGNALS)
+    assert (done.returncode, done.stdout) == (0, "survived\n"), done.stderr[-2000:]
+
+
+def test_several_devices():
+    done = run(DEVICES)
+    assert done.stdout == "[0. 2. 4. 6.]\n", done.stderr
