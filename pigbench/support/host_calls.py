@@ -1,6 +1,6 @@
 """Calls from a compiled program into Python, by way of XLA's foreign function interface on CPUs.
 
-`jax.pure_callback` does the same, but takes seven times as long for small arrays, and JAX keeps no
+`jax.pure_callback` does the same, but takes five times as long for small arrays, and JAX keeps no
 program that has it in the persistent cache, so that every process would compile it again.
 
 The structures are those of xla/ffi/api/c_api.h, which jaxlib has in its folder of headers.
@@ -191,7 +191,7 @@ def _fill(room: np.ndarray, result: Any) -> None:
 
 # An exception that leaves a function of ctypes makes it return an address at random. A signal that
 # is due is raised by the first line of Python, which is that of `_work`, which returns nothing.
-_guarded = ctypes.PYFUNCTYPE(None, _pointer(_Frame))(ctypes.cast(_work, ctypes.c_void_p).value)
+_guarded = ctypes.cast(_work, ctypes.PYFUNCTYPE(None, _pointer(_Frame)))
 _guarded.errcheck = _outcome
 _handle = _Handler(_guarded)
 jax.ffi.register_ffi_target(_TARGET, jax.ffi.pycapsule(_handle), platform="cpu")
