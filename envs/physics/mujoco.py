@@ -97,10 +97,10 @@ class MujocoPhysics(Physics):
         batch = self._batch(active.size, varied=state.factors is not None)
         if state.factors is not None:
             _vary(batch, self.scene, state.factors)
-        batch.qpos[:] = state.qpos.reshape(batch.qpos.shape)
-        batch.qvel[:] = state.qvel.reshape(batch.qvel.shape)
-        batch.qacc_warmstart[:] = state.warmstart.reshape(batch.qvel.shape)
-        batch.ctrl[:] = ctrl.reshape(batch.ctrl.shape)
+        batch.qpos[:] = state.qpos.reshape(batch.nsim, -1)
+        batch.qvel[:] = state.qvel.reshape(batch.nsim, -1)
+        batch.qacc_warmstart[:] = state.warmstart.reshape(batch.nsim, -1)
+        batch.ctrl[:] = ctrl.reshape(batch.nsim, -1)
         ids = np.flatnonzero(active)
         failed = np.zeros(0, int)
         try:

@@ -118,8 +118,6 @@ _Extension = _structure(
 )
 
 
-_Handler = ctypes.CFUNCTYPE(ctypes.c_void_p, _pointer(_Frame))
-
 _outcomes: dict[int, int | None] = {}  # by frame: None, or the address of an error
 
 
@@ -193,5 +191,5 @@ def _fill(room: np.ndarray, result: Any) -> None:
 # is due is raised by the first line of Python, which is that of `_work`, which returns nothing.
 _guarded = ctypes.cast(_work, ctypes.PYFUNCTYPE(None, _pointer(_Frame)))
 _guarded.errcheck = _outcome
-_handle = _Handler(_guarded)
+_handle = ctypes.CFUNCTYPE(ctypes.c_void_p, _pointer(_Frame))(_guarded)
 jax.ffi.register_ffi_target(_TARGET, jax.ffi.pycapsule(_handle), platform="cpu")

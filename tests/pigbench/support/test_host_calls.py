@@ -141,15 +141,16 @@ x = jnp.arange(3.0)
 print(jax.jit(lambda x: host_call("times", lambda x: x * float(sys.argv[2]), x, x))(x))
 """
 
-# The program calls for a second or so after Python has begun to end.
+# The program calls for a second or so after Python has begun to end. It multiplies matrices, since
+# XLA runs one that hardly computes on the main thread, which would wait for it.
 LEAVING = """
 import time, jax, jax.numpy as jnp
 from pigbench.support.host_calls import host_call
 def wait(x):
     time.sleep(0.01)
     return x
-x = jnp.ones(3)
-jax.jit(lambda x: jax.lax.fori_loop(0, 100, lambda _, x: host_call("wait", wait, x, x), x))(x)
+step = lambda _, x: host_call("wait", wait, x, x @ x / 100)
+jax.jit(lambda x: jax.lax.fori_loop(0, 100, step, x))(jnp.ones((100, 100)))
 print("left")
 """
 
