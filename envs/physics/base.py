@@ -61,6 +61,9 @@ class Physics(abc.ABC):
 
     name: ClassVar[str]
 
+    batches_at_once = 1
+    """Batches of simulations to advance at the same time, each by a thread, to lose no time."""
+
     def __init__(self, scene: Scene):
         self.scene = scene
 

@@ -7,7 +7,9 @@ import copy
 import hashlib
 import itertools
 import threading
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import partial
 
 import jax
@@ -22,7 +24,18 @@ from pigbench.envs.scene import SUBSTEPS, Scene
 from pigbench.support import cores
 from pigbench.support.host_calls import host_call
 
+_MOST_BATCHES = 8  # at once: each has a thread per core, and memory
+
 _numbers = itertools.count(1)
+
+
+@dataclass
+class _Simulations:
+    """A batch of simulations."""
+
+    batch: Batch
+    factors: bytes = b""  # which its models have
+    busy: bool = False  # one thread at a time works in it
 
 
 class MujocoPhysics(Physics):
@@ -39,8 +52,9 @@ class MujocoPhysics(Physics):
         self._threads = threads or cores.available()
         # Engines on equal models are one; those of other classes may have a state of their own.
         self._number = 0 if type(self) is MujocoPhysics else next(_numbers)
-        self._batches: dict[tuple[int, bool], Batch] = {}
-        self._lock = threading.Lock()  # only one of the caller's threads may use a batch at a time
+        self._made: dict[tuple[int, bool], list[_Simulations]] = {}
+        self._lock = threading.Lock()  # of what is made and busy
+        self.batches_at_once = min(self._threads, _MOST_BATCHES)
 
     def _forward(self, state: PhysicsState) -> PhysicsState:
         ctrl = jnp.zeros(self.scene.model.nu)
@@ -82,10 +96,7 @@ class MujocoPhysics(Physics):
         active: Bool[Array | np.ndarray, "*batch"],
     ) -> PhysicsState:
         """What programs call, in NumPy; leading dimensions are simulations of one batch."""
-        # Fetched before the lock is taken, because it must not be held while waiting for JAX.
-        inputs = jax.tree.map(np.asarray, (state, ctrl, active))
-        with self._lock:
-            return self._run_batch(substeps, *inputs)
+        return self._run_batch(substeps, *jax.tree.map(np.asarray, (state, ctrl, active)))
 
     def _run_batch(
         self,
@@ -94,32 +105,48 @@ class MujocoPhysics(Physics):
         ctrl: Float[np.ndarray, "*batch nu"],
         active: Bool[np.ndarray, "*batch"],
     ) -> PhysicsState:
-        batch = self._batch(active.size, varied=state.factors is not None)
-        if state.factors is not None:
-            _vary(batch, self.scene, state.factors)
-        batch.qpos[:] = state.qpos.reshape(batch.nsim, -1)
-        batch.qvel[:] = state.qvel.reshape(batch.nsim, -1)
-        batch.qacc_warmstart[:] = state.warmstart.reshape(batch.nsim, -1)
-        batch.ctrl[:] = ctrl.reshape(batch.nsim, -1)
-        ids = np.flatnonzero(active)
-        failed = np.zeros(0, int)
-        try:
-            if substeps:
-                batch.step(ids, nstep=substeps)
-            else:
-                batch.forward(ids)
-        except SimulationError as error:
-            failed = error.ids
-        return _after(batch, state, failed)
+        with self._batch(active.size, state.factors) as batch:
+            batch.qpos[:] = state.qpos.reshape(batch.nsim, -1)
+            batch.qvel[:] = state.qvel.reshape(batch.nsim, -1)
+            batch.qacc_warmstart[:] = state.warmstart.reshape(batch.nsim, -1)
+            batch.ctrl[:] = ctrl.reshape(batch.nsim, -1)
+            ids = np.flatnonzero(active)
+            failed = np.zeros(0, int)
+            try:
+                if substeps:
+                    batch.step(ids, nstep=substeps)
+                else:
+                    batch.forward(ids)
+            except SimulationError as error:
+                failed = error.ids
+            return _after(batch, state, failed)
 
-    def _batch(self, nsim: int, *, varied: bool) -> Batch:
-        """The batch for `nsim` simulations, cached; `varied` if each has a model of its own."""
-        if (nsim, varied) not in self._batches:
-            batch = Batch(self._model, nsim, self._threads)
-            for field in ("site_xpos", "site_xmat", "cfrc_ext"):
-                batch.bind(field)
-            self._batches[nsim, varied] = batch
-        return self._batches[nsim, varied]
+    @contextmanager
+    def _batch(self, nsim: int, factors: Factors | None) -> Iterator[Batch]:
+        """A batch for this thread alone, each of whose simulations has a model of its `factors`."""
+        wanted = b"".join(x.tobytes() for x in jax.tree.leaves(factors))
+        with self._lock:
+            simulations = self._idle(nsim, wanted)
+            simulations.busy = True
+        try:
+            if factors is not None and simulations.factors != wanted:
+                _vary(simulations.batch, self.scene, factors)
+                simulations.factors = wanted
+            yield simulations.batch
+        finally:
+            simulations.busy = False
+
+    def _idle(self, nsim: int, factors: bytes) -> _Simulations:
+        """Simulations that are not busy, which have these factors if some do."""
+        made = self._made.setdefault((nsim, bool(factors)), [])
+        idle = sorted((one for one in made if not one.busy), key=lambda x: x.factors != factors)
+        if idle and (idle[0].factors == factors or len(made) >= self.batches_at_once):
+            return idle[0]
+        batch = Batch(self._model, nsim, self._threads)
+        for field in ("site_xpos", "site_xmat", "cfrc_ext"):
+            batch.bind(field)
+        made.append(_Simulations(batch))
+        return made[-1]
 
 
 def _after(batch: Batch, before: PhysicsState, failed: Int[np.ndarray, "failed"]) -> PhysicsState:
@@ -145,7 +172,7 @@ def _after(batch: Batch, before: PhysicsState, failed: Int[np.ndarray, "failed"]
 
 
 def _vary(batch: Batch, scene: Scene, factors: Factors) -> None:
-    """Give each simulation of the batch its own model, if it does not have it yet."""
+    """Give each simulation of the batch its own model."""
     cubes, friction, mass = scene.cube_bodies, factors.friction.ravel(), factors.mass.ravel()
     wanted = {"pair_friction": friction[:, None, None] * batch.model.pair_friction}
     for field in ("body_mass", "body_inertia"):

@@ -55,8 +55,8 @@ class BenchGenerate:
 
     environment: str = "cube-double"
     """Environment."""
-    simulations: int = 100
-    """Simulations at once."""
+    simulations: int = 50
+    """Simulations in a batch; pigbench simulates as many batches at once as for a data set."""
     physics: tuple[str, ...] = ("exact", "fast")
     """Physics profiles."""
     engine: str | None = None

@@ -1,8 +1,17 @@
 """Generation of an offline data set: a scripted policy in many simulations, shard by shard."""
 
 import math
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +27,7 @@ from pigbench.data.writer import Writer
 from pigbench.envs.oracles import ScriptedPolicy
 from pigbench.envs.physics import warn_of_overflow
 from pigbench.envs.reality.sensing import World
+from pigbench.settings import jax_defaults
 from pigbench.support import files
 from pigbench.support.progress import Progress
 
@@ -39,7 +49,7 @@ ShardSimulator = Callable[[Shard, Callable[[int], object]], Episodes]
 """Simulates a shard; calls its second argument with the number of further control steps done."""
 
 Tell = Callable[[Shard, int], object]
-"""Called with a shard and the number of its further control steps that are done."""
+"""Called, in any thread, with a shard and the number of its further control steps that are done."""
 
 Source = Callable[[Sequence[Shard], Tell], Iterator[tuple[Shard, Episodes]]]
 """Simulates shards and yields them in any order."""
@@ -84,12 +94,37 @@ def write_missing(
 
 
 def local_source(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> Source:
-    """Simulate shards one after another, each on all cores of this machine."""
-    simulate = simulator(env, policy, spec)
+    """Simulate shards on this machine, as many at once as the engine can use."""
 
     def simulated(shards: Sequence[Shard], tell: Tell) -> Iterator[tuple[Shard, Episodes]]:
-        for shard in shards:
-            yield shard, simulate(shard, partial(tell, shard))
+        simulate = simulator(env, policy, spec)
+        stopped = threading.Event()
+
+        @jax_defaults()  # which are each thread's own
+        def simulate_one(shard: Shard) -> tuple[Shard, Episodes]:
+            def tell_of_shard(steps: int) -> None:
+                if stopped.is_set():
+                    raise CancelledError
+                tell(shard, steps)
+
+            return shard, simulate(shard, tell_of_shard)
+
+        threads = ThreadPoolExecutor(env.physics.batches_at_once, "simulate")
+        waiting = iter(shards)
+
+        def begin_more(count: int) -> set[Future[tuple[Shard, Episodes]]]:
+            return {threads.submit(simulate_one, shard) for shard in islice(waiting, count)}
+
+        running = begin_more(env.physics.batches_at_once)
+        try:
+            while running:
+                ended, running = wait(running, return_when=FIRST_COMPLETED)
+                running |= begin_more(len(ended))
+                for one in ended:
+                    yield one.result()
+        finally:
+            stopped.set()
+            threads.shutdown(wait=False)
 
     return simulated
 
@@ -104,14 +139,19 @@ def simulator(env: "envs.CubeEnv", policy: ScriptedPolicy, spec: Spec) -> ShardS
     assert isinstance(simulations_at_once, int), "only imported data have unequal shards"
     rows = most_rows(policy, spec.rows_per_episode)
     steps = _chunk(rows)
-    begin_all = jax.jit(jax.vmap(partial(begin, env, policy)))
-    run_chunk = jax.jit(partial(run, env, policy, steps=steps))
+    place = np.arange(simulations_at_once)
+
+    def keys_of(shard_number: int) -> Key[Array, "simulation"]:
+        shard_key = jax.random.fold_in(seeds.key(spec.seed), shard_number)
+        return jax.vmap(partial(jax.random.fold_in, shard_key))(place)
+
+    # Compiled before threads use them, since otherwise each of them would compile them.
+    start = jax.jit(jax.vmap(partial(begin, env, policy))).lower(keys_of(0), place >= 0)
+    begin_all = start.compile()
+    run_chunk = jax.jit(partial(run, env, policy, steps=steps)).lower(start.out_info).compile()
 
     def simulate(shard: Shard, tell: Callable[[int], object]) -> Episodes:
-        place = np.arange(simulations_at_once)
-        shard_key = jax.random.fold_in(seeds.key(spec.seed), shard.number)
-        keys = jax.vmap(partial(jax.random.fold_in, shard_key))(place)
-        simulations = begin_all(keys, place >= shard.episodes)
+        simulations = begin_all(keys_of(shard.number), place >= shard.episodes)
         chunks = []
         for _ in range(rows // steps):
             simulations, chunk = run_chunk(simulations)

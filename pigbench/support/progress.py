@@ -1,6 +1,7 @@
 """Progress of long work: a live line on a terminal, elsewhere a plain line every few seconds."""
 
 import sys
+import threading
 import time
 from collections.abc import Callable
 from typing import TextIO
@@ -14,8 +15,8 @@ _SEPARATOR = ", "  # of a line's parts; none is within a number
 class Progress:
     """Shows how far some work is, how fast it goes and how long it will still take.
 
-    A context manager. `done` is what an earlier run did: it counts for the percentage, but not for
-    the rate. `clock` returns seconds.
+    A context manager, for any threads. `done` is what an earlier run did: it counts for the
+    percentage, but not for the rate. `clock` returns seconds.
     """
 
     def __init__(
@@ -37,18 +38,21 @@ class Progress:
         self._live = self._stream.isatty()
         self._clock = clock
         self._begin = self._shown_at = clock()
+        self._lock = threading.RLock()
 
     def advance(self, amount: int, note: str = "") -> None:
         """Count `amount` more units as done; `note` follows them on the line."""
-        self._done += amount
-        self._note = note
-        interval = _LIVE_INTERVAL if self._live else _PLAIN_INTERVAL
-        if self._clock() - self._shown_at >= interval:
-            self._show(end="")
+        with self._lock:
+            self._done += amount
+            self._note = note
+            interval = _LIVE_INTERVAL if self._live else _PLAIN_INTERVAL
+            if self._clock() - self._shown_at >= interval:
+                self._show(end="")
 
     def reach(self, done: int, note: str = "") -> None:
         """Like `advance`, given the total that is done."""
-        self.advance(done - self._done, note)
+        with self._lock:
+            self.advance(done - self._done, note)
 
     def __enter__(self) -> "Progress":
         self._show(end="")

@@ -1,6 +1,9 @@
 """Models that differ between simulations, against models that MuJoCo compiles so."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
+from unittest.mock import Mock
 
 import jax
 import jax.numpy as jnp
@@ -8,7 +11,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pigbench.envs.physics import Factors, make
+from pigbench.envs.physics import Factors, make, mujoco
+from pigbench.envs.physics.mujoco import MujocoPhysics
 from pigbench.envs.reality import Variation, variation
 from pigbench.envs.scene import Scene, describe
 from pigbench.envs.units import CONTROL_STEP
@@ -61,6 +65,22 @@ def test_a_cube_slides_as_far_as_friction_lets_it(scene, engine):
     stop = 0.6 / (GRAVITY * np.asarray(FACTORS.friction))
     assert np.all(stop < 6 * CONTROL_STEP)
     np.testing.assert_allclose(ours[:, -1, 1], 0.6 * stop / 2, rtol=0.1)
+
+
+def test_batches_at_the_same_time_keep_their_models(scene, monkeypatch):
+    many = [replace(FACTORS, mass=FACTORS.mass * one) for one in (1.0, 1.1)]
+
+    def thrown_far(engine, factors):
+        return thrown(engine, 0.6, steps=20, spin=(0.0, 0.0, 9.0), factors=factors)
+
+    alone = [thrown_far(make("mujoco", scene(1)), factors) for factors in many]
+    varied = Mock(wraps=mujoco._vary)
+    monkeypatch.setattr(mujoco, "_vary", varied)
+    with ThreadPoolExecutor(2) as threads:
+        together = list(threads.map(partial(thrown_far, MujocoPhysics(scene(1), threads=3)), many))
+    assert not np.array_equal(*alone)
+    np.testing.assert_array_equal(together, alone)
+    assert varied.call_count == 2  # it sets all constants of every model
 
 
 def test_factors_are_uniform():

@@ -4,7 +4,9 @@ import hashlib
 import signal
 import subprocess
 import sys
+import threading
 import time
+from collections import Counter
 from pathlib import Path
 
 import jax
@@ -58,6 +60,41 @@ def generate(folder: Path, env: CubeEnv, policy: ScriptedPolicy, **changes) -> P
     source = collect.local_source(env, policy, settings)
     collect.write_missing(env, policy, settings, Writer(folder, settings), source)
     return folder
+
+
+def test_as_many_shards_as_the_engine_can_use_are_under_way(monkeypatch):
+    monkeypatch.setattr(collect, "_LONGEST_CHUNK", 1)
+    scene = build(2)
+    env = CubeEnv(envs.SPECS["cube-double"], MujocoPhysics(scene, 2))
+    settings = spec(env, episodes={"train": 8, "val": 8})
+    both = threading.Barrier(2)
+    source = collect.local_source(env, PlayPolicy(env.spec, scene), settings)
+    simulated = source(settings.plan(), lambda shard, steps: both.wait(timeout=60))
+    assert {shard for shard, _ in simulated} == {*settings.plan()}
+
+
+def test_what_is_no_longer_wanted_stops(monkeypatch):
+    """As when the disk is full: the command must end, and Python waits for threads."""
+    env = envs.make("cube-double")
+    monkeypatch.setattr(collect, "_LONGEST_CHUNK", 1)
+    monkeypatch.setattr(env.physics, "batches_at_once", 2)
+    settings, closed, told = spec(env), threading.Event(), Counter()
+    first, second = settings.plan()[:2]
+
+    def tell(shard, steps):
+        told[shard] += steps
+        if shard == second:
+            closed.wait(timeout=60)
+
+    source = collect.local_source(env, PlayPolicy(env.spec, env.scene), settings)
+    simulated = source((first, second), tell)
+    assert next(simulated)[0] == first
+    simulated.close()
+    closed.set()
+    for thread in threading.enumerate():
+        if thread.name.startswith("simulate"):
+            thread.join(timeout=60)
+    assert told == {first: 21, second: 1}
 
 
 def test_bytes_do_not_depend_on_the_number_of_threads(tmp_path):
